@@ -19,7 +19,7 @@ const FAR_M: f32 = episodes::description::MAX_DEPTH_M;
 /// What one camera saw.
 pub(crate) struct Seen {
     pub image: Image,
-    /// Along the optical axis, meters; 0 where nothing is in sight.
+    /// Along the optical axis, meters; 0 where nothing is in sight. Empty if it is not recorded, as are the ids.
     pub depth_m: Vec<f32>,
     pub ids: Vec<u32>,
     pub intrinsics: [f64; 9],
@@ -36,6 +36,8 @@ pub(crate) struct Stage<'a> {
     stand: TexturedMesh,
     lighting: Lighting,
     background: Background,
+    /// Whether depth or ids are wanted.
+    measures: bool,
 }
 
 impl<'a> Stage<'a> {
@@ -55,7 +57,9 @@ impl<'a> Stage<'a> {
         let tint: Vec3 = sample.backdrop_tint.into();
         background.top_color *= tint;
         background.bottom_color *= tint;
-        Self { setup, work, sample, meshes, stand, lighting, background }
+        let measures =
+            setup.description.cameras().iter().any(|camera| camera.depth || camera.instance_ids.is_some());
+        Self { setup, work, sample, meshes, stand, lighting, background, measures }
     }
 
     /// One image of each camera. `objects` are the names and poses of those present.
@@ -83,18 +87,24 @@ impl<'a> Stage<'a> {
         cameras
             .map(|(spec, sample)| {
                 let camera = spec.posed(sample, &world_from_tool);
-                let frame = cache.render(self.lighting, self.background, &View::Perspective(camera));
-                let in_sight = |depth_m: &f32| if *depth_m <= FAR_M { *depth_m } else { 0.0 };
-                Seen {
-                    depth_m: frame.depth_m.iter().map(in_sight).collect(),
-                    image: frame.color,
-                    ids: frame.ids,
-                    intrinsics: intrinsics(&camera),
-                    world_from_camera: matrix(&camera.world_from_camera),
-                }
+                let view = View::Perspective(camera);
+                let (image, depth_m, ids) = match self.measures {
+                    true => {
+                        let frame = cache.render(self.lighting, self.background, &view);
+                        (frame.color, frame.depth_m.iter().map(in_sight_m).collect(), frame.ids)
+                    }
+                    false => (cache.color(self.lighting, self.background, &view), Vec::new(), Vec::new()),
+                };
+                let world_from_camera = matrix(&camera.world_from_camera);
+                Seen { image, depth_m, ids, intrinsics: intrinsics(&camera), world_from_camera }
             })
             .collect()
     }
+}
+
+/// Depth, or 0 where nothing is in sight.
+fn in_sight_m(depth_m: &f32) -> f32 {
+    if *depth_m <= FAR_M { *depth_m } else { 0.0 }
 }
 
 fn tinted(mesh: &TexturedMesh, tint: [f32; 3]) -> TexturedMesh {

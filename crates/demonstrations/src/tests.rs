@@ -1,7 +1,7 @@
 //! A block, a plate that carries a lid, and a bystander, on a plain table.
 
-use episodes::format::{DepthStorage, Format};
 use episodes::EpisodeUnit;
+use episodes::format::{DepthStorage, Format};
 use geometry::convex_hull::convex_hull;
 use geometry::mass_properties::solid_mass_properties;
 use geometry::shapes::{block, cylinder};
@@ -107,7 +107,8 @@ fn what_is_carried_moves_along_and_nothing_overlaps_or_leaves_the_table() {
             let inside = |point: DVec3| setup.scene.outline.contains(point.truncate());
             assert!(setup.shapes[index].points(pose).all(inside), "object {index} of seed {seed}");
         }
-        let apart = |a: usize, b: usize| (poses[a].translation_m - poses[b].translation_m).truncate().length();
+        let apart =
+            |a: usize, b: usize| (poses[a].translation_m - poses[b].translation_m).truncate().length();
         assert!(apart(0, 1) > 0.11 && apart(0, 3) > 0.05 && apart(1, 3) > 0.12, "seed {seed}");
     }
 }
@@ -196,7 +197,8 @@ fn extrinsics_and_depth_take_pixels_to_the_objects_that_are_there() {
     let (setup, unit) = episode(Randomization { position_m: 0.02, ..Randomization::USUAL });
     let record: EpisodeRecord = serde_json::from_value(unit.header().record.clone()).expect("a record");
     let camera = &unit.cameras()[0];
-    let size = (setup.description().cameras()[0].width_px * setup.description().cameras()[0].height_px) as usize;
+    let size =
+        (setup.description().cameras()[0].width_px * setup.description().cameras()[0].height_px) as usize;
     let depth_m: Vec<f32> = numbers(&camera.depth_zlib[0], 4, size)
         .chunks_exact(4)
         .map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))

@@ -45,7 +45,17 @@ fn scene(at: &Path) {
 
 const TASK: &str = "put the block on the plate";
 const FEW: [&str; 12] = [
-    "episodes", "--bundle", "scene", "--task", TASK, "--count", "2", "--cameras", "front,wrist", "--size", "32",
+    "episodes",
+    "--bundle",
+    "scene",
+    "--task",
+    TASK,
+    "--count",
+    "2",
+    "--cameras",
+    "front,wrist",
+    "--size",
+    "32",
     "--format=lerobot-v2.1,parquet-png",
 ];
 

@@ -1,0 +1,178 @@
+"""LeRobot, PyAV, pyarrow, h5py and Pillow read a recorded dataset, and all of its formats say the same.
+
+    recorded.py DATASET [--train STEPS]
+
+DATASET is what `tabletopgen episodes --format lerobot-v3.0,lerobot-v3.0-images,lerobot-v2.1,robomimic,parquet-png` wrote.
+The PNG files are what was rendered; LeRobot's decoded video must equal them within the error of the codec, everything else
+exactly. With --train, LeRobot's own training runs so many steps. Prints one line of JSON; exit code 1 with a complaint.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import av
+import h5py
+import numpy as np
+import pyarrow.parquet as parquet
+from complaints import Complaints
+from PIL import Image
+
+# Actions that equal states in this share of the frames would be copies of them.
+MAX_EQUAL_SHARE = 0.5
+MAX_IDLE_FRAMES = 4
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("dataset", type=Path)
+    parser.add_argument("--train", type=int, default=0)
+    given = parser.parse_args()
+    complaints = Complaints()
+    episodes = plain(given.dataset / "parquet-png")
+    for name in ("lerobot-v3.0", "lerobot-v3.0-images"):
+        lerobot(given.dataset / name, episodes, complaints)
+    version_two(given.dataset / "lerobot-v2.1", episodes, complaints)
+    robomimic(given.dataset / "robomimic" / "dataset.hdf5", episodes, complaints)
+    for number, episode in enumerate(episodes):
+        sensible(f"episode {number}", episode, complaints)
+    trained = train(given.dataset / "lerobot-v3.0", given.train) if given.train else None
+    print(json.dumps({**complaints.facts(), "trained_loss": trained, "complaints": complaints.texts}))
+    return int(bool(complaints.texts))
+
+
+def plain(root: Path) -> list:
+    described = json.loads((root / "dataset.json").read_text())["description"]
+    cameras = [camera["name"] for camera in described["cameras"]]
+    episodes = []
+    for folder in sorted((root / "episodes").iterdir()):
+        frames = parquet.read_table(folder / "frames.parquet")
+        names = {kind: [element["name"] for element in described[kind]] for kind in ("state", "action")}
+        episodes.append(
+            {
+                "names": names,
+                "fps": described["fps"],
+                "state": np.array(frames["observation.state"].to_pylist(), np.float32),
+                "action": np.array(frames["action"].to_pylist(), np.float32),
+                "images": {camera: sorted((folder / camera).glob("rgb_*.png")) for camera in cameras},
+            }
+        )
+    return episodes
+
+
+def picture(path: Path) -> np.ndarray:
+    return np.asarray(Image.open(path).convert("RGB"))
+
+
+def lerobot(root: Path, episodes: list, complaints: Complaints) -> None:
+    """Every frame, and windows of time with images, states and actions."""
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
+    fps, is_exact = episodes[0]["fps"], root.name.endswith("images")
+    camera = next(iter(episodes[0]["images"]))
+    steps = {f"observation.images.{camera}": (-1, 0), "observation.state": (0,), "action": (0, 1, 2)}
+    deltas = {key: [step / fps for step in of_key] for key, of_key in steps.items()}
+    options = {"root": root, "video_backend": "pyav"}
+    whole = LeRobotDataset(f"judge/{root.name}", **options)
+    windowed = LeRobotDataset(f"judge/{root.name}", delta_timestamps=deltas, **options)
+    complaints.equal("frames", len(whole), sum(len(episode["state"]) for episode in episodes))
+    index = 0
+    for number, episode in enumerate(episodes):
+        last = len(episode["state"]) - 1
+        for t in range(last + 1):
+            item, name = whole[index], f"{root.name} episode {number} frame {t}"
+            complaints.equal(f"{name} state", item["observation.state"].numpy(), episode["state"][t])
+            complaints.equal(f"{name} action", item["action"].numpy(), episode["action"][t])
+            complaints.equal(f"{name} place", [int(item["episode_index"]), int(item["frame_index"])], [number, t])
+            for of, paths in episode["images"].items():
+                pixels = np.round(item[f"observation.images.{of}"].numpy().transpose(1, 2, 0) * 255).astype(np.uint8)
+                decoded(f"{name} {of}", pixels, picture(paths[t]), is_exact, complaints)
+            if t % 7 == 0:
+                actions = np.clip([t, t + 1, t + 2], 0, last)
+                found = windowed[index]["action"].numpy()
+                complaints.equal(f"{name} window", found, episode["action"][actions])
+            index += 1
+
+
+def decoded(name: str, found: np.ndarray, expected: np.ndarray, is_exact: bool, complaints: Complaints) -> None:
+    """Textures have no flat regions, so that the mean error alone bounds what the codec may do."""
+    if is_exact:
+        complaints.equal(name, found, expected)
+        return
+    complaints.checks += 1
+    rms = float(np.sqrt(((found.astype(float) - expected.astype(float)) ** 2).mean()))
+    complaints.worst_rms = max(complaints.worst_rms, rms)
+    if rms > 10.0:
+        complaints.texts.append(f"{name}: an error of {rms:.1f} rms")
+
+
+def version_two(root: Path, episodes: list, complaints: Complaints) -> None:
+    """Files of v2.1 by pyarrow and PyAV; LeRobot 0.4 does not open them."""
+    information = json.loads((root / "meta/info.json").read_text())
+    complaints.equal("version", information["codebase_version"], "v2.1")
+    for number, episode in enumerate(episodes):
+        frames = parquet.read_table(root / f"data/chunk-000/episode_{number:06d}.parquet")
+        found = np.array(frames["action"].to_pylist(), np.float32)
+        complaints.equal(f"v2.1 episode {number} actions", found, episode["action"])
+        for camera, paths in episode["images"].items():
+            path = root / f"videos/chunk-000/observation.images.{camera}/episode_{number:06d}.mp4"
+            with av.open(str(path)) as video:
+                count = sum(1 for _ in video.decode(video=0))
+            complaints.equal(f"v2.1 episode {number} frames of {camera}", count, len(paths))
+
+
+def robomimic(path: Path, episodes: list, complaints: Complaints) -> None:
+    with h5py.File(path) as file:
+        complaints.equal("demos", len(file["data"]), len(episodes))
+        for number, episode in enumerate(episodes):
+            demo = file[f"data/demo_{number}"]
+            complaints.equal(f"demo {number} samples", int(demo.attrs["num_samples"]), len(episode["state"]))
+            complaints.equal(f"demo {number} targets", demo["action_targets"][:], episode["action"])
+            inside = float(np.abs(demo["actions"][:]).max()) <= 1.0
+            complaints.equal(f"demo {number} actions are within [-1, 1]", inside, True)
+
+
+def sensible(name: str, episode: dict, complaints: Complaints) -> None:
+    """Actions are no copies of states, the gripper closes and opens, and no end is idle."""
+    states, actions = episode["state"], episode["action"]
+    joints = [index for index, label in enumerate(episode["names"]["action"]) if label.startswith("joint")]
+    equal = np.isclose(states[:, joints], actions[:, joints], atol=1e-6).all(1).mean()
+    complaints.equal(f"{name} actions are no copies", bool(equal < MAX_EQUAL_SHARE), True)
+    moving = np.abs(np.diff(actions[:, joints], axis=0)).max(1) > 1e-3
+    moving |= np.abs(np.diff(actions[:, -2])) > 1e-4
+    complaints.equal(f"{name} begins with a motion", bool(moving[:MAX_IDLE_FRAMES].any()), True)
+    complaints.equal(f"{name} ends soon after one", bool(moving[-MAX_IDLE_FRAMES - 1 :].any()), True)
+    share = states[:, -1]
+    complaints.equal(f"{name} gripper: 1 is open", bool(share[0] > 0.9 and share.min() < 0.9), True)
+    quaternions = states[:, [episode["names"]["state"].index(f"end_effector_q{axis}") for axis in "wxyz"]]
+    complaints.close(f"{name} quaternions", np.linalg.norm(quaternions, axis=1), np.ones(len(states)), 1e-5)
+
+
+def train(root: Path, steps: int) -> float:
+    """The loss after so many steps of LeRobot's own training loop, of a small policy on a CPU."""
+    with tempfile.TemporaryDirectory() as folder:
+        words = [
+            "--policy.type=act", "--policy.device=cpu", "--policy.push_to_hub=false", "--policy.chunk_size=10",
+            "--policy.n_action_steps=10", "--policy.dim_model=64", "--policy.dim_feedforward=128", "--policy.n_heads=4",
+            "--policy.pretrained_backbone_weights=null", f"--dataset.root={root}", "--dataset.repo_id=judge/recorded",
+            "--dataset.video_backend=pyav", f"--steps={steps}", "--batch_size=2", "--num_workers=0", "--log_freq=10",
+            f"--output_dir={folder}/run", "--wandb.enable=false", "--save_checkpoint=false", "--eval_freq=0",
+        ]
+        program = Path(sys.executable).with_name("lerobot-train")
+        done = subprocess.run([program, *words], capture_output=True, text=True)
+        text = done.stdout + done.stderr
+        losses = [word.split(":")[1] for word in text.split() if word.startswith("loss:")]
+        if done.returncode != 0 or not losses:
+            raise SystemExit(f"lerobot-train: {text[-2000:]}")
+        return float(losses[-1])
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as cache:
+        # Nothing is fetched, and nothing outlives the run.
+        os.environ.update(HF_HUB_OFFLINE="1", HF_HOME=cache, HF_DATASETS_CACHE=cache, HF_LEROBOT_HOME=cache)
+        sys.exit(main())
