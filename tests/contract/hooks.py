@@ -94,9 +94,13 @@ def of_a_label(body: dict):
 
 
 def of_few_combinations(body: dict):
-    """A sample may not be of more combinations than there are, and a recipe not of more than a million."""
+    """A sample is of the combinations that there are, a recipe of a million or fewer, and each slot is one of a template."""
     if (body.get("select") or {}).get("count") is not None:
         body["select"]["count"] = 1
+    slots, text = body.get("slots") or {}, " ".join(body.get("templates") or ())
+    for name in [name for name in slots if f"{{{name}}}" not in text]:
+        # Every slot is used.
+        del slots[name]
     if isinstance(body.get("seeds"), dict):
         body["seeds"]["count"] = min(body["seeds"].get("count", 1), MOST_SEEDS)
         # The last seed is in the range of seeds, too.

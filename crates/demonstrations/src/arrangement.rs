@@ -40,7 +40,7 @@ pub(crate) fn present(setup: &Setup, work: &Work, absent: &[bool]) -> Vec<bool> 
     objects.clone().map(|object| stays(root(setup, object))).collect()
 }
 
-/// Poses of all objects. Those that are absent keep theirs and are in nobody's way. `None` if no arrangement was found.
+/// Poses of all objects. Those that are absent keep theirs and are not in the way. `None` if no arrangement was found.
 pub(crate) fn poses(
     setup: &Setup,
     present: &[bool],

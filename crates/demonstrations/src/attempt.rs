@@ -16,7 +16,7 @@ use crate::motion_window::motion_window;
 use crate::record::{self, EpisodeRecord};
 use crate::sample::Sample;
 use crate::setup::{Setup, Work};
-use crate::stage::{Seen, Stage};
+use crate::stage::{CameraView, Stage};
 use crate::vectors::{action, state};
 
 /// Objects may move so far until they rest, meters; more is no arrangement.
@@ -187,16 +187,16 @@ fn recorded(
     for pair in frames.windows(2) {
         let poses: Vec<(&str, Pose)> =
             recording.objects.iter().map(String::as_str).zip(pair[0].object_poses.iter().copied()).collect();
-        let seen: Vec<Seen> = stage.images(&pair[0].joint_positions, pair[0].opening_m, &poses);
-        let cameras: Vec<CameraFrame> = seen
+        let views: Vec<CameraView> = stage.images(&pair[0].joint_positions, pair[0].opening_m, &poses);
+        let cameras: Vec<CameraFrame> = views
             .iter()
             .zip(description.cameras())
-            .map(|(seen, camera)| CameraFrame {
-                image: &seen.image,
-                depth_m: camera.depth.then_some(seen.depth_m.as_slice()),
-                instance_ids: camera.instance_ids.is_some().then_some(seen.ids.as_slice()),
-                intrinsics: seen.intrinsics,
-                world_from_camera: seen.world_from_camera,
+            .map(|(view, camera)| CameraFrame {
+                image: &view.image,
+                depth_m: camera.depth.then_some(view.depth_m.as_slice()),
+                instance_ids: camera.instance_ids.is_some().then_some(view.ids.as_slice()),
+                intrinsics: view.intrinsics,
+                world_from_camera: view.world_from_camera,
             })
             .collect();
         let (state, action) = (state(&setup.robot, &pair[0]), action(&setup.robot, &pair[1]));

@@ -24,7 +24,7 @@ pub struct CameraSpec {
     pub name: String,
     pub mount: Mount,
     pub eye_m: DVec3,
-    /// What it looks at; up in the image is the mount's +z, or its +y where it looks along z.
+    /// The point in the center of its image; up in the image is the mount's +z, or its +y if it is directed along z.
     pub target_m: DVec3,
     /// Horizontal field of view, radians.
     pub fov_x_rad: f64,
@@ -35,7 +35,7 @@ pub struct CameraSpec {
 /// Names of the usual cameras.
 pub const USUAL: [&str; 3] = ["side", "front", "wrist"];
 
-/// The usual camera of a name: `front` looks at the work from opposite to the robot, `side` from the robot's left,
+/// The usual camera of a name: `front` sees the work from opposite to the robot, `side` from the robot's left,
 /// `wrist` is fixed to the hand. `work_m` is the center of what the task is about.
 pub fn usual(name: &str, work_m: DVec3, base_m: DVec3, side_px: u32) -> Option<CameraSpec> {
     const DISTANCE_M: f64 = 0.95;
@@ -71,8 +71,8 @@ impl CameraSpec {
         }
         let distance_m = (self.target_m - self.eye_m).length();
         // Also without a number.
-        let looks_somewhere = distance_m > 1e-3 && distance_m < 100.0 && self.eye_m.length() < 100.0;
-        (!looks_somewhere).then(|| "eye_m and target_m must be apart, and within 100 m".to_owned())
+        let is_directed = distance_m > 1e-3 && distance_m < 100.0 && self.eye_m.length() < 100.0;
+        (!is_directed).then(|| "eye_m and target_m must be apart, and within 100 m".to_owned())
     }
 
     /// The camera in an episode, with the tool at a time.

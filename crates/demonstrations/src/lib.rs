@@ -1,4 +1,4 @@
-//! Demonstrations: a task in a scene, done again and again with other places, looks, light, cameras and starts.
+//! Demonstrations: a task in a scene, done again and again with other places, colors, light, cameras and starts.
 //!
 //! A [`Setup`] is what all demonstrations of a dataset share: scene, robot, tasks with their grasps, cameras, rate. An
 //! attempt has a number, from which with the seed of the dataset everything follows: the [`Sample`] of the

@@ -143,7 +143,7 @@ impl Setup {
     ///
     /// # Errors
     ///
-    /// The first thing that will not do.
+    /// The first value that will not do.
     pub fn new(
         parts: SceneParts,
         robot: Robot,

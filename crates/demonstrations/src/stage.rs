@@ -16,8 +16,8 @@ const QUALITY: RenderSettings =
 /// Nothing is written that is farther away, meters.
 const FAR_M: f32 = episodes::description::MAX_DEPTH_M;
 
-/// What one camera saw.
-pub(crate) struct Seen {
+/// What one camera sees.
+pub(crate) struct CameraView {
     pub image: Image,
     /// Along the optical axis, meters; 0 where nothing is in sight. Empty if it is not recorded, as are the ids.
     pub depth_m: Vec<f32>,
@@ -63,7 +63,12 @@ impl<'a> Stage<'a> {
     }
 
     /// One image of each camera. `objects` are the names and poses of those present.
-    pub fn images(&self, joint_positions_rad: &[f64], opening_m: f64, objects: &[(&str, Pose)]) -> Vec<Seen> {
+    pub fn images(
+        &self,
+        joint_positions_rad: &[f64],
+        opening_m: f64,
+        objects: &[(&str, Pose)],
+    ) -> Vec<CameraView> {
         let setup = self.setup;
         let base = to_isometry(&self.work.world_from_base);
         let links = link_poses(&setup.robot, joint_positions_rad, opening_m);
@@ -96,7 +101,7 @@ impl<'a> Stage<'a> {
                     false => (cache.color(self.lighting, self.background, &view), Vec::new(), Vec::new()),
                 };
                 let world_from_camera = matrix(&camera.world_from_camera);
-                Seen { image, depth_m, ids, intrinsics: intrinsics(&camera), world_from_camera }
+                CameraView { image, depth_m, ids, intrinsics: intrinsics(&camera), world_from_camera }
             })
             .collect()
     }

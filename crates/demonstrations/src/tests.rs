@@ -121,7 +121,7 @@ fn what_the_task_names_is_never_absent_nor_what_it_carries() {
 }
 
 #[test]
-fn cameras_inside_of_things_are_refused() {
+fn cameras_inside_of_objects_are_refused() {
     for (eye_m, says) in [
         (DVec3::new(0.3, 0.3, -0.01), "inside the table"),
         (DVec3::new(0.35, 0.2, 0.04), "inside tin_1"),

@@ -178,8 +178,9 @@ fn too_few(done: &BTreeMap<u64, AttemptOutcome>, successes: u64, count: u64) -> 
     for outcome in done.values().filter(|outcome| !outcome.is_success()) {
         reasons.entry(&outcome.outcome).or_insert((0, &outcome.detail)).0 += 1;
     }
-    let most = reasons.into_iter().max_by_key(|(_, (times, _))| *times);
-    let (reason, (_, detail)) = most.unwrap_or(("nothing", (0, "no attempt failed; allow more attempts")));
+    let frequent = reasons.into_iter().max_by_key(|(_, (times, _))| *times);
+    let (reason, (_, detail)) =
+        frequent.unwrap_or(("nothing", (0, "no attempt failed; allow more attempts")));
     RecordError::TooFew {
         successes,
         count,

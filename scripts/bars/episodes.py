@@ -1,0 +1,160 @@
+"""Demonstrations of one pick and place: what they cost, who reads them, and whether they are the same again.
+
+    PYTHONPATH=scripts python3 -m bars.episodes [--target-dir target] [--count 20] [--kills 5] [--timed 20] [--train 50]
+
+A scene is generated, and `tabletopgen episodes` records a task in it in every format. LeRobot, PyAV, pyarrow, h5py and
+Pillow read all frames, and LeRobot trains (tests/judges/episodes/recorded.py). MuJoCo repeats the episodes from their
+actions (tests/judges/episodes/replay_dataset.py). The dataset is recorded again with other workers, and with kills.
+"""
+
+import hashlib
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+from bars.page import ROOT, arguments, percent, table, write
+from bars.run import run
+from server import Problem
+from virtual_environment import environment_of
+
+JUDGES = ROOT / "tests" / "judges"
+SENTENCE, SCENE_SEED = "A kitchen table with a carrot, a gray bowl, a banana, a mug and two plates", 11
+TASK = "put the carrot in the bowl"
+FORMATS = "lerobot-v3.0,lerobot-v3.0-images,lerobot-v2.1,robomimic,parquet-png"
+# CPU seconds of an episode of about 8 s at 15 Hz with three cameras of 224 x 224 pixels, as LeRobot v3.0 with video.
+CPU_S_BAR, REPLAY_BAR = 3.6, 0.95
+
+
+def main() -> bool:
+    given = arguments(__doc__.splitlines()[0], count=20, kills=5, timed=20, train=50)
+    folder = given.work / "episodes"
+    subprocess.run(["rm", "-rf", folder], check=True)
+    folder.mkdir(parents=True)
+    scene = folder / "scene"
+    told(given.binary, "generate", "--text", SENTENCE, "--seed", SCENE_SEED, "--out", scene)
+    costs = {kind: cost(given, scene, folder / f"timed_{kind}", kind) for kind in ("none", "side,front,wrist")}
+    whole = folder / "whole"
+    report = recorded(given, scene, whole, "--workers", 2)
+    read = read_by_others(given, whole)
+    replays = replayed(given, scene, folder, whole)
+    again = folder / "again"
+    recorded(given, scene, again, "--workers", 1)
+    kills = killed(given, scene, folder / "killed", given.kills)
+    same, same_killed = digest(whole) == digest(again), digest(whole) == digest(folder / "killed")
+    reached = sum(one["reached"] for one in replays)
+    cpu_s = costs["side,front,wrist"]["cpu_s"]
+    bars = [
+        ["Complaints of LeRobot, PyAV, pyarrow, h5py and Pillow", len(read["complaints"]), "0", not read["complaints"]],
+        ["MuJoCo reaches the goal from the actions alone", percent(reached, len(replays)), f"{100 * REPLAY_BAR:g} %",
+         reached >= REPLAY_BAR * len(replays)],
+        ["Recorded again with one worker: same bytes", "yes" if same else "no", "yes", same],
+        [f"After {kills} kills: same bytes", "yes" if same_killed else "no", "yes", same_killed],
+        ["CPU seconds of an episode with three cameras", f"{cpu_s:.1f}", f"{CPU_S_BAR}", cpu_s <= CPU_S_BAR],
+    ]
+    rows = [[*bar[:3], "holds" if bar[3] else "DOES NOT HOLD"] for bar in bars]
+    body = [
+        table(["", "found", "bar", ""], rows),
+        f"\"{TASK}\" in a scene of the sentence \"{SENTENCE}\", seed {SCENE_SEED}, by the Panda; randomization as usual.",
+        f"{report['episodes']} episodes, {report['frames']} frames at {report['fps']} Hz, {sum(report['attempts'].values())} "
+        "attempts: " + ", ".join(f"{times} {outcome}" for outcome, times in sorted(report["attempts"].items())) + ".",
+        f"{read['checks']} checks by other programs; the largest error of a decoded video frame is {read['worst_rms']} rms "
+        f"of 255. LeRobot's loss after {given.train} steps of training: {read['trained_loss']}.",
+        "## Cost\n",
+        table(
+            ["cameras", "episodes", "CPU s an episode", "frames an episode", "memory, MB"],
+            [[kind.replace(",", ", "), one["episodes"], f"{one['cpu_s']:.2f}", f"{one['frames']:.0f}", f"{one['mb']:.0f}"]
+             for kind, one in costs.items()],
+        ),
+        "User and system time of the whole command with LeRobot v3.0, less that of recording one episode, over the others.",
+    ]
+    write("episodes", "Episodes", "\n\n".join(body))
+    return all(bar[3] for bar in bars)
+
+
+def told(*words) -> str:
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Problem(f"{words[0]} {words[1]}: {done.stdout[-500:]}{done.stderr[-1500:]}")
+    return done.stdout
+
+
+def command(given, scene: Path, out: Path, count: int, *more) -> list:
+    words = ["episodes", "--scene", scene, "--task", TASK, "--count", count, "--out", out, "--seed", 7, "--json", *more]
+    return [str(given.binary), *map(str, words)]
+
+
+def recorded(given, scene: Path, out: Path, *more) -> dict:
+    return json.loads(told(*command(given, scene, out, given.count, "--format", FORMATS, *more)))
+
+
+def cost(given, scene: Path, out: Path, cameras: str) -> dict:
+    """CPU seconds of an episode: of so many and one, less those of one."""
+    used, report, memory_mb = [], {}, 0.0
+    for count in (1, given.timed + 1):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        report = json.loads(told(*command(given, scene, out.with_name(f"{out.name}_{count}"), count, "--cameras", cameras)))
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        used.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+        memory_mb = after.ru_maxrss / 1024
+    attempts = sum(report["attempts"].values())
+    return {"episodes": given.timed, "attempts": attempts, "cpu_s": (used[1] - used[0]) / given.timed,
+            "frames": report["frames"] / report["episodes"], "mb": memory_mb}
+
+
+def read_by_others(given, dataset: Path) -> dict:
+    pins = (JUDGES / "episodes" / "requirements.txt").read_text(encoding="utf-8").split("\n")
+    python = environment_of(given.target_dir, "episode-judges", [pin for pin in pins if pin and not pin.startswith("#")])
+    words = [python / "bin/python", JUDGES / "episodes" / "recorded.py", dataset, "--train", given.train]
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
+    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
+    if not lines:
+        raise Problem(f"recorded.py: {done.stderr[-1500:]}")
+    return json.loads(lines[-1])
+
+
+def replayed(given, scene: Path, folder: Path, dataset: Path) -> list:
+    pins = (JUDGES / "robots" / "requirements.txt").read_text(encoding="utf-8").split("\n")
+    python = environment_of(given.target_dir, "robot-judges", [pin for pin in pins if pin and not pin.startswith("#")])
+    execution = folder / "execution"
+    subprocess.run([str(given.binary), "execute", "--scene", scene, "--task", TASK, "--out", execution], check=False)
+    script = JUDGES / "episodes" / "replay_dataset.py"
+    text = told(python / "bin/python", script, given.binary, scene, execution, dataset)
+    return [json.loads(line) for line in text.splitlines() if line.startswith("{")]
+
+
+def killed(given, scene: Path, out: Path, kills: int) -> int:
+    """Records with so many SIGKILLs at random times, and once to the end."""
+    chance, done = random.Random(1), 0
+    for _ in range(kills):
+        process = subprocess.Popen(
+            command(given, scene, out, given.count, "--format", FORMATS, "--workers", 2),
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+        )
+        try:
+            process.wait(timeout=chance.uniform(3.0, 25.0))
+            break
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            done += 1
+        time.sleep(0.1)
+    if not out.exists():
+        recorded(given, scene, out, "--workers", 2)
+    return done
+
+
+def digest(dataset: Path) -> str:
+    """Of every file but the cards, whose title is the folder's name."""
+    total = hashlib.sha256()
+    for path in sorted(path for path in dataset.rglob("*") if path.is_file() and path.name != "README.md"):
+        total.update(str(path.relative_to(dataset)).encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
+    return total.hexdigest()
+
+
+if __name__ == "__main__":
+    run(main)
