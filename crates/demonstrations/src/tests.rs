@@ -207,7 +207,8 @@ fn extrinsics_and_depth_take_pixels_to_the_objects_that_are_there() {
         .chunks_exact(2)
         .map(|bytes| u16::from_le_bytes([bytes[0], bytes[1]]))
         .collect();
-    let (k, pose) = (&camera.intrinsics[..9], &camera.world_from_camera[..16]);
+    let exact = |numbers: &[f32]| -> Vec<f64> { numbers.iter().copied().map(f64::from).collect() };
+    let (k, pose) = (exact(&camera.intrinsics[..9]), exact(&camera.world_from_camera[..16]));
     let width = setup.description().cameras()[0].width_px as usize;
     let plate = record.instances.iter().position(|name| name == "plate_1").expect("an instance") as u16;
     let (_, world_from_plate) =
