@@ -13,6 +13,7 @@ import base64
 import datetime
 import itertools
 import os
+import re
 import struct
 import zlib
 
@@ -97,10 +98,11 @@ def of_few_combinations(body: dict):
     """A sample is of the combinations that there are, a recipe of a million or fewer, and each slot is one of a template."""
     if (body.get("select") or {}).get("count") is not None:
         body["select"]["count"] = 1
+    # The slots are those of the templates.
     slots, text = body.get("slots") or {}, " ".join(body.get("templates") or ())
-    for name in [name for name in slots if f"{{{name}}}" not in text]:
-        # Every slot is used.
-        del slots[name]
+    used = re.findall(r"\{([^{}]+)\}", text)
+    if slots or used:
+        body["slots"] = {name: slots.get(name) or ["red"] for name in used}
     if isinstance(body.get("seeds"), dict):
         body["seeds"]["count"] = min(body["seeds"].get("count", 1), MOST_SEEDS)
         # The last seed is in the range of seeds, too.
