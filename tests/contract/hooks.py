@@ -35,6 +35,7 @@ REHEARSED_ONE_IN = 10
 MOST_REHEARSED = 2
 MOST_SEEDS = 10
 LARGEST_FIRST_SEED = 2**52
+SLOT = r"\{([^{}\s]+)\}"
 count = itertools.count()
 
 
@@ -94,13 +95,21 @@ def of_a_label(body: dict):
         body["splits"] = {"train": 0.8, "test": 0.2}
 
 
+def proper(template: str) -> str:
+    """The text without braces that are not about the name of a slot."""
+    parts = re.split(f"({SLOT.replace('(', '').replace(')', '')})", template)
+    parts[::2] = [part.replace("{", "").replace("}", "") for part in parts[::2]]
+    return "".join(parts) if "".join(parts).strip() else "a mug"
+
+
 def of_few_combinations(body: dict):
     """A sample is of the combinations that there are, a recipe of a million or fewer, and each slot is one of a template."""
     if (body.get("select") or {}).get("count") is not None:
         body["select"]["count"] = 1
-    # The slots are those of the templates.
-    slots, text = body.get("slots") or {}, " ".join(body.get("templates") or ())
-    used = re.findall(r"\{([^{}]+)\}", text)
+    # Braces are those of slots, and the slots those of the templates.
+    templates = [proper(template) for template in body.get("templates") or ()]
+    body["templates"] = [one for place, one in enumerate(templates) if one not in templates[:place]]
+    slots, used = body.get("slots") or {}, re.findall(SLOT, " ".join(templates))
     if slots or used:
         body["slots"] = {name: slots.get(name) or ["red"] for name in used}
     if isinstance(body.get("seeds"), dict):
