@@ -140,7 +140,8 @@ def replace(case):
             for one in options if isinstance(options, list) else [options]:
                 possible_options(one, settings_of(case))
             if isinstance(options, list):
-                options[:] = [one for place, one in enumerate(options) if one not in options[:place]]
+                # Options with null and without are the same.
+                del options[1:]
     if case.operation.label in SUBMISSIONS:
         replace_in_submission(case)
 
