@@ -64,7 +64,7 @@ def main() -> bool:
         "attempts: " + ", ".join(f"{times} {outcome}" for outcome, times in sorted(report["attempts"].items())) + ".",
         f"{read['checks']} checks by other programs; the largest error of a decoded video frame is {read['worst_rms']} rms "
         f"of 255. LeRobot's loss after {given.train} steps of training: {read['trained_loss']}.",
-        "## Cost\n",
+        "## Cost",
         table(
             ["cameras", "episodes", "CPU s an episode", "frames an episode"],
             [[kind.replace(",", ", "), one["episodes"], f"{one['cpu_s']:.2f}", f"{one['frames']:.0f}"]

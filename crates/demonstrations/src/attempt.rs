@@ -23,6 +23,8 @@ use crate::vectors::{action, state};
 const MAX_SETTLING_M: f64 = 0.005;
 /// They have this time for it, seconds.
 const SETTLE_S: f64 = 2.0;
+/// Natural frequency of contacts: the highest that this simulation permits; a robot's world has stiffer ones.
+const CONTACT_FREQUENCY_HZ: f64 = 500.0;
 
 /// What became of an attempt.
 #[derive(Debug)]
@@ -116,7 +118,7 @@ fn settled(mut scene: TaskScene) -> Result<TaskScene, String> {
         duration_s: SETTLE_S,
         steps_per_s: world.steps_per_s,
         solver_iterations: world.solver_iterations,
-        contact_frequency_hz: 500.0,
+        contact_frequency_hz: CONTACT_FREQUENCY_HZ,
         length_unit_m: world.length_unit_m,
         damping_per_s: world.damping_per_s,
         rest_speed_m_s: 0.005,

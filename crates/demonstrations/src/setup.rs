@@ -155,7 +155,9 @@ impl Setup {
             return Err(SetupError::NoTask);
         }
         let objects = parts.scene.objects.len();
-        for (what, given) in [("supporters", parts.supporters.len()), ("meshes", parts.meshes.len() - 1)] {
+        // One mesh is that of the table.
+        let meshes = parts.meshes.len().saturating_sub(1);
+        for (what, given) in [("supporters", parts.supporters.len()), ("meshes", meshes)] {
             if given != objects {
                 return Err(SetupError::Parts { objects, what, given });
             }

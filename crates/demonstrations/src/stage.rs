@@ -70,6 +70,9 @@ impl<'a> Stage<'a> {
         objects: &[(&str, Pose)],
     ) -> Vec<CameraView> {
         let setup = self.setup;
+        if setup.cameras.is_empty() {
+            return Vec::new();
+        }
         let base = to_isometry(&self.work.world_from_base);
         let links = link_poses(&setup.robot, joint_positions_rad, opening_m);
         let robot_id = setup.scene.objects.len() as u32 + 2;

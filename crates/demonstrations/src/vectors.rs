@@ -42,16 +42,19 @@ pub fn action_layout(robot: &Robot) -> Result<VectorLayout, EpisodeError> {
         let (low, high) = (limits.min_position as f32 - LEAD_RAD, limits.max_position as f32 + LEAD_RAD);
         VectorElement::new("arm", &joint, Unit::Radians).within(low, high)
     });
-    let widest_m = robot.gripper().max_opening_m as f32;
+    let gripper = robot.gripper();
+    let widest_m = gripper.max_opening_m;
+    // Targets that press thin objects are below 0.
+    let lead_m = gripper.opening_per_position * robot.gripper_lead(gripper.max_force_n);
+    let (low_m, high_m) = (-widest_m.max(lead_m) as f32, widest_m as f32);
     let reach_m = reach_m(robot) as f32;
     let pose = VectorElement::end_effector_pose().map(|element| match element.unit {
         Unit::Meters => element.within(-reach_m, reach_m),
         _ => element,
     });
-    let elements = arm.chain(pose).chain([
-        VectorElement::gripper_opening().within(-widest_m, widest_m),
-        VectorElement::gripper_fraction(),
-    ]);
+    let elements = arm
+        .chain(pose)
+        .chain([VectorElement::gripper_opening().within(low_m, high_m), VectorElement::gripper_fraction()]);
     VectorLayout::new("action", elements.collect())
 }
 

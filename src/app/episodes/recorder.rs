@@ -107,10 +107,12 @@ fn refuse_existing(folder: &Path) -> Result<(), EpisodeError> {
     })
 }
 
-/// The number of the attempt that is the last of the dataset.
+/// The number of the attempt that is the last of the dataset. `None` if there are too few successes, or if an attempt
+/// before it is missing, as after a stop: that one might be a success, and belongs into the dataset then.
 fn last_needed(done: &BTreeMap<u64, AttemptOutcome>, count: u64) -> Option<u64> {
-    let successes = done.iter().filter(|(_, outcome)| outcome.is_success());
-    successes.map(|(number, _)| *number).nth(usize::try_from(count).ok()?.checked_sub(1)?)
+    let without_gap = (0..).zip(done).take_while(|(expected, (number, _))| expected == *number);
+    let successes = without_gap.filter(|(_, (_, outcome))| outcome.is_success());
+    successes.map(|(number, _)| number).nth(usize::try_from(count).ok()?.checked_sub(1)?)
 }
 
 fn make_attempts(
@@ -207,4 +209,25 @@ fn assemble(
         assembler.add(&unit)?;
     }
     Ok(assembler.finish()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_attempt_that_a_stop_left_out_belongs_before_later_successes() {
+        let outcome = |word: &str| AttemptOutcome {
+            outcome: word.to_owned(),
+            detail: String::new(),
+            is_recorded: word == "success",
+        };
+        let mut done: BTreeMap<u64, AttemptOutcome> =
+            [(0, outcome("slipped")), (2, outcome("success")), (3, outcome("success"))].into();
+        assert_eq!(last_needed(&done, 1), None, "attempt 1 is missing");
+        done.insert(1, outcome("success"));
+        assert_eq!(last_needed(&done, 1), Some(1));
+        assert_eq!(last_needed(&done, 3), Some(3));
+        assert_eq!(last_needed(&done, 4), None);
+    }
 }

@@ -4,7 +4,7 @@
 //! which is written last. Both get their names when they are complete.
 
 use std::collections::BTreeMap;
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -40,7 +40,11 @@ pub struct UnitFolder {
 pub enum FolderError {
     #[error("{path} holds episodes of another order; give another --out, or remove the folder to begin anew")]
     OtherOrder { path: PathBuf },
-    #[error("{path}: {source}")]
+    #[error("{path} holds files that are no episodes; give another --out, or move them")]
+    OtherFiles { path: PathBuf },
+    #[error(
+        "keeping finished episodes, at {path}: {source}; free space or set permissions there, and run the same command"
+    )]
     Disk { path: PathBuf, source: std::io::Error },
 }
 
@@ -59,11 +63,29 @@ impl UnitFolder {
         match std::fs::read_to_string(&path) {
             Ok(found) if found == order => Ok(folder),
             Ok(_) => Err(FolderError::OtherOrder { path: folder.path }),
-            Err(_) => {
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                // The folder is removed in the end, so it must hold nothing but episodes.
+                if folder.holds_other_files()? {
+                    return Err(FolderError::OtherFiles { path: folder.path });
+                }
                 folder.write(ORDER, order.as_bytes())?;
                 Ok(folder)
             }
+            Err(source) => Err(folder.error(&path, source)),
         }
+    }
+
+    /// Whether there is more than what a stop leaves of the very beginning.
+    fn holds_other_files(&self) -> Result<bool, FolderError> {
+        let begun = format!("{ORDER}.part");
+        let entries = std::fs::read_dir(&self.path).map_err(|source| self.error(&self.path, source))?;
+        for entry in entries {
+            let name = entry.map_err(|source| self.error(&self.path, source))?.file_name();
+            if name != *begun {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     pub fn path(&self) -> &Path {
@@ -165,5 +187,24 @@ impl UnitFolder {
 
     fn error(&self, path: &Path, source: std::io::Error) -> FolderError {
         FolderError::Disk { path: path.to_owned(), source }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_of_other_files_is_left_alone() {
+        let home = tempfile::tempdir().expect("a folder");
+        let dataset = home.path().join("mug");
+        let units = home.path().join("mug.units");
+        std::fs::create_dir(&units).expect("made");
+        std::fs::write(units.join("thesis.tex"), "words").expect("written");
+        assert!(matches!(UnitFolder::open(&dataset, "{}"), Err(FolderError::OtherFiles { .. })));
+        assert!(units.join("thesis.tex").exists());
+        std::fs::rename(units.join("thesis.tex"), units.join("order.json.part")).expect("renamed");
+        assert!(UnitFolder::open(&dataset, "{}").is_ok(), "what a stop leaves of the beginning");
+        assert!(UnitFolder::open(&dataset, "{}").is_ok(), "the same order again");
     }
 }
