@@ -87,8 +87,7 @@ pub(super) fn described(composition: &Composition, loaded: &[Loaded]) -> Result<
         let name = InstanceId::new(&resolved.name).map_err(|error| broken(error.to_string()))?;
         let shape = shape(&geometry.hulls, &resolved.physical.mass, &recognized.category)
             .map_err(|error| broken(format!("{name} has a broken hull ({error})")))?;
-        let posed =
-            PosedObject { name: name.clone(), shape: Arc::new(shape), world_from_object: resolved.settled };
+        let posed = PosedObject::new(name.clone(), Arc::new(shape), resolved.settled);
         let described = EditableObject {
             name,
             label: recognized.label.clone(),

@@ -72,13 +72,20 @@ pub struct PosedObject {
     pub name: InstanceId,
     pub shape: Arc<ObjectShape>,
     pub world_from_object: Pose,
+    /// The footprint in the pose in which it was asked for first. Clones share it: searches for a place clone all
+    /// objects for every candidate.
+    footprint: Arc<OnceLock<(Pose, PosedFootprint)>>,
 }
 
 impl PosedObject {
+    pub fn new(name: InstanceId, shape: Arc<ObjectShape>, world_from_object: Pose) -> Self {
+        Self { name, shape, world_from_object, footprint: Arc::default() }
+    }
+
     /// The same object in another pose.
     #[must_use]
     pub fn at(&self, world_from_object: Pose) -> Self {
-        Self { name: self.name.clone(), shape: Arc::clone(&self.shape), world_from_object }
+        Self::new(self.name.clone(), Arc::clone(&self.shape), world_from_object)
     }
 
     /// In the world, meters.
@@ -88,8 +95,10 @@ impl PosedObject {
 
     /// Its vertical projection with its height range.
     pub fn footprint(&self) -> PosedFootprint {
-        let points = self.shape.collision.points(&self.world_from_object);
-        PosedFootprint::of_points(points, &self.world_from_object)
+        let pose = self.world_from_object;
+        let here = || PosedFootprint::of_points(self.shape.collision.points(&pose), &pose);
+        let (known, footprint) = self.footprint.get_or_init(|| (pose, here()));
+        if *known == pose { footprint.clone() } else { here() }
     }
 
     /// Angle between its upright axis and the vertical, radians.

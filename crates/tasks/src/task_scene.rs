@@ -63,11 +63,8 @@ impl TaskScene {
         let tree = scene.support_tree().map_err(|_| SceneFault::Supports)?;
         let objects =
             scene.instances.iter().zip(appearances).enumerate().map(|(index, (instance, appearance))| {
-                let posed = PosedObject {
-                    name: instance.name.clone(),
-                    shape: Arc::clone(&appearance.shape),
-                    world_from_object: instance.world_from_object,
-                };
+                let shape = Arc::clone(&appearance.shape);
+                let posed = PosedObject::new(instance.name.clone(), shape, instance.world_from_object);
                 let described = EditableObject {
                     name: instance.name.clone(),
                     label: instance.label.clone(),

@@ -40,7 +40,7 @@ pub fn id(name: &str) -> InstanceId {
 
 fn object(name: &str, hulls: Vec<ConvexHull>, center_of_mass_m: DVec3, at_m: DVec3) -> PosedObject {
     let shape = ObjectShape::new(hulls, center_of_mass_m, 0.2, true).expect("convex hulls");
-    PosedObject { name: id(name), shape: Arc::new(shape), world_from_object: Pose::upright(at_m, 0.0) }
+    PosedObject::new(id(name), Arc::new(shape), Pose::upright(at_m, 0.0))
 }
 
 /// A solid box with the center of its bottom at a point.

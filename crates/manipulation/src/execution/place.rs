@@ -66,10 +66,12 @@ impl PlaceSearch<'_> {
             Some(axis) => {
                 let across = DVec3::Z.cross(axis).normalize_or_zero();
                 let tilts = TILTS_RAD.map(|tilt_rad| DQuat::from_axis_angle(across, tilt_rad));
-                let mut tilted = self.places_in(&tilts, CHOICE_OF_TILTED * self.wanted, predicates, kept);
+                let tilted = self.places_in(&tilts, CHOICE_OF_TILTED * self.wanted, predicates, kept);
                 // What weighs beside a container tips it.
-                let off_m = |pose: &Pose| self.off_center_m(pose, predicates);
-                tilted.sort_by(|a, b| off_m(a).total_cmp(&off_m(b)));
+                let off_m = |pose| (self.off_center_m(&pose, predicates), pose);
+                let mut tilted: Vec<(f64, Pose)> = tilted.into_iter().map(off_m).collect();
+                tilted.sort_by(|(a_m, _), (b_m, _)| a_m.total_cmp(b_m));
+                let mut tilted: Vec<Pose> = tilted.into_iter().map(|(_, pose)| pose).collect();
                 let gap = DVec3::new(0.0, 0.0, TRIAL_GAP_M);
                 let stays = |pose: &&Pose| {
                     self.trials.succeeds(&Pose { translation_m: pose.translation_m + gap, ..**pose })

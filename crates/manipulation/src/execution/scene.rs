@@ -80,11 +80,7 @@ impl Shapes {
     pub fn posed(&self, poses: &[Pose]) -> Vec<PosedObject> {
         let objects = self.names.iter().zip(&self.shapes).zip(poses);
         objects
-            .map(|((name, shape), pose)| PosedObject {
-                name: name.clone(),
-                shape: Arc::clone(shape),
-                world_from_object: *pose,
-            })
+            .map(|((name, shape), pose)| PosedObject::new(name.clone(), Arc::clone(shape), *pose))
             .collect()
     }
 
