@@ -19,6 +19,7 @@ pub mod shade_band;
 pub mod shading_materials;
 pub mod sky;
 pub mod sky_group;
+pub mod still_layer;
 pub mod texture_map;
 mod tone_curve;
 pub mod tone_map;

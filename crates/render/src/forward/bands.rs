@@ -7,7 +7,7 @@ use super::prepare::{TriangleBins, ViewGeometry};
 use super::projection::{Lens, Projection};
 use super::raster::{Band, NOTHING};
 use super::scene_buffers::{SceneBuffers, TriangleFilter};
-use super::shade::Shader;
+use super::shade::{Shader, Surroundings};
 use super::shade_band::{BandShader, MAX_SUPERSAMPLING};
 use super::sky::Sky;
 use crate::lighting::{Background, Lighting};
@@ -15,7 +15,7 @@ use crate::{GeometryFrame, RenderSettings, View};
 use imaging::Image;
 
 /// Pixel rows of a band.
-const BAND_ROWS: usize = 16;
+pub const BAND_ROWS: usize = 16;
 /// Samples of color, depth or id per rayon task; smaller tasks cost more than they gain.
 const TASK_SAMPLES: usize = 1 << 14;
 
@@ -70,18 +70,24 @@ pub fn measure(scene_buffers: &SceneBuffers, view: &View) -> GeometryFrame {
     frame
 }
 
-fn bands_of_a_task(width: usize, samples: usize) -> usize {
+pub fn bands_of_a_task(width: usize, samples: usize) -> usize {
     TASK_SAMPLES.div_ceil((BAND_ROWS * width * samples * samples).max(1))
 }
 
-fn draw(binned: &TriangleBins, index: usize, width: usize, rows: usize, samples: usize) -> Band {
+pub fn draw(binned: &TriangleBins, index: usize, width: usize, rows: usize, samples: usize) -> Band {
     let mut band = Band::new(index * BAND_ROWS * samples, rows * samples, width * samples);
     binned.band(index).for_each(|t| band.draw(t, 0xffff));
     band
 }
 
 /// Writes depth and id of the visible surface at each pixel of the band; background pixels stay unchanged.
-fn note_front(band: &Band, lens: &Lens, scene_buffers: &SceneBuffers, depth_m: &mut [f32], ids: &mut [u32]) {
+pub fn note_front(
+    band: &Band,
+    lens: &Lens,
+    scene_buffers: &SceneBuffers,
+    depth_m: &mut [f32],
+    ids: &mut [u32],
+) {
     for k in 0..ids.len() {
         let (source, key) = band.at(k % band.width_px, k / band.width_px);
         if source != NOTHING {
@@ -99,7 +105,21 @@ pub fn render(
     settings: &RenderSettings,
     extra: ExtraOutputs,
 ) -> (Image, VisibleSurfaces) {
-    let samples = settings.supersampling.clamp(1, MAX_SUPERSAMPLING);
+    let environment =
+        Environment::new(scene_buffers, light.sky, light.lighting, shadow_map_px(settings, view));
+    let surroundings = Surroundings::new(scene_buffers, environment, light.background);
+    render_in(scene_buffers, &surroundings, view, settings.supersampling, extra)
+}
+
+/// Renders color and the requested extra outputs with prepared light and materials.
+pub fn render_in(
+    scene_buffers: &SceneBuffers,
+    surroundings: &Surroundings,
+    view: &View,
+    supersampling: u32,
+    extra: ExtraOutputs,
+) -> (Image, VisibleSurfaces) {
+    let samples = supersampling.clamp(1, MAX_SUPERSAMPLING);
     let projection = Projection::new(view, 1);
     let fine = Projection::new(view, samples);
     let prepared = ViewGeometry::new(scene_buffers, &projection);
@@ -111,10 +131,7 @@ pub fn render(
     let apart = extra != ExtraOutputs::Nothing && (samples > 1 || !glass.is_empty());
     let all = apart.then(|| prepared.projected(&projection).bin(BAND_ROWS, TriangleFilter::All));
     let (width, height) = (projection.width_px, projection.height_px);
-    let environment =
-        Environment::new(scene_buffers, light.sky, light.lighting, shadow_map_px(settings, view));
-    let world_from_camera = projection.world_from_camera();
-    let shader = Shader::new(scene_buffers, &prepared, environment, light.background, world_from_camera);
+    let shader = Shader::new(scene_buffers, &prepared, surroundings, projection.world_from_camera());
     let mut rgba = vec![0; width * height * 4];
     let bands: Vec<VisibleSurfaces> = rgba
         .par_chunks_mut(4 * BAND_ROWS * width.max(1))

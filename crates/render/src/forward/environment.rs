@@ -1,6 +1,8 @@
 //! Lighting of an image, prepared: the key light with its shadow map, the sky, and the surroundings mirrored by shiny
 //! surfaces.
 
+use std::ops::Range;
+
 use glam::{Vec3, Vec3A};
 
 use super::light_map::LightMap;
@@ -17,17 +19,28 @@ pub struct Environment<'a> {
     pub side_box: Vec3A,
     pub rim_box: Vec3A,
     pub key_map: Option<LightMap>,
+    /// The shadows of objects that move, where they are not in `key_map`.
+    pub moving_map: Option<LightMap>,
 }
 
 impl<'a> Environment<'a> {
     pub fn new(scene_buffers: &SceneBuffers, sky: &'a Sky, lighting: Lighting, shadow_map_px: u32) -> Self {
-        let shadow_map_px = shadow_map_px.min(4096);
-        let key_map =
-            LightMap::new(scene_buffers, lighting.toward_key, shadow_map_px, Some(lighting.key_radius_rad));
+        Self::of_part(scene_buffers, &scene_buffers.all(), sky, lighting, shadow_map_px)
+    }
+
+    /// As [`Self::new`], with the shadows that consecutive objects cast.
+    pub fn of_part(
+        scene_buffers: &SceneBuffers,
+        casters: &Range<usize>,
+        sky: &'a Sky,
+        lighting: Lighting,
+        shadow_map_px: u32,
+    ) -> Self {
+        let key_map = shadows_of(scene_buffers, casters, &lighting, shadow_map_px);
         let key = Vec3A::from(lighting.toward_key.as_vec3());
         let side_box = Vec3A::new(-key.y, key.x, 0.35).normalize_or_zero();
         let rim_box = Vec3A::new(-key.x, -key.y, 0.6).normalize_or_zero();
-        Self { lighting, toward_key: key, sky, side_box, rim_box, key_map }
+        Self { lighting, toward_key: key, sky, side_box, rim_box, key_map, moving_map: None }
     }
 
     /// Reciprocal of the light on an unshadowed floor.
@@ -38,7 +51,18 @@ impl<'a> Environment<'a> {
 
     /// Share of the key light that reaches a surface point.
     pub fn key_visibility(&self, point: Vec3A, normal: Vec3A, turn: f32) -> f32 {
+        let past_still = self.past_still(point, normal, turn);
+        if past_still == 0.0 { 0.0 } else { past_still * self.past_moving(point, normal, turn) }
+    }
+
+    /// Share of the key light that passes the objects of `key_map`.
+    pub fn past_still(&self, point: Vec3A, normal: Vec3A, turn: f32) -> f32 {
         self.key_map.as_ref().map_or(1.0, |map| map.soft_visibility(point, normal, turn))
+    }
+
+    /// Share of the key light that passes the objects that move.
+    pub fn past_moving(&self, point: Vec3A, normal: Vec3A, turn: f32) -> f32 {
+        self.moving_map.as_ref().map_or(1.0, |map| map.soft_visibility(point, normal, turn))
     }
 
     /// Light that a white matte surface of that normal reflects from sky and ground.
@@ -66,4 +90,15 @@ impl<'a> Environment<'a> {
         };
         base + self.lighting.key_color * (0.9 * lamp(self.side_box, 1.5) + 0.7 * lamp(self.rim_box, 1.0))
     }
+}
+
+/// The key light's map of the shadows that consecutive objects cast.
+pub fn shadows_of(
+    scene_buffers: &SceneBuffers,
+    casters: &Range<usize>,
+    lighting: &Lighting,
+    shadow_map_px: u32,
+) -> Option<LightMap> {
+    let side_px = shadow_map_px.min(4096);
+    LightMap::of_part(scene_buffers, casters, lighting.toward_key, side_px, Some(lighting.key_radius_rad))
 }

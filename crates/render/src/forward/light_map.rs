@@ -4,6 +4,8 @@
 //! derive the penumbra's width from their distance, filter the comparison over it. A dilated coarse map of the highest
 //! blockers answers most pixels (fully lit) with one lookup; the others test eight texels at a time.
 
+use std::ops::Range;
+
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3A, Vec3, Vec3A};
 use rayon::prelude::*;
 use wide::f32x8;
@@ -57,6 +59,18 @@ impl LightMap {
         longest_side_px: u32,
         radius_rad: Option<f64>,
     ) -> Option<Self> {
+        Self::of_part(scene_buffers, &scene_buffers.all(), toward_light, longest_side_px, radius_rad)
+    }
+
+    /// As [`Self::new`], of the shadows that consecutive objects cast. The penumbra is as wide as on the farthest of
+    /// all objects.
+    pub fn of_part(
+        scene_buffers: &SceneBuffers,
+        casters: &Range<usize>,
+        toward_light: DVec3,
+        longest_side_px: u32,
+        radius_rad: Option<f64>,
+    ) -> Option<Self> {
         if longest_side_px == 0 {
             return None;
         }
@@ -66,12 +80,17 @@ impl LightMap {
         let down = forward.cross(right);
         let light_from_world = DMat3::from_cols(right, down, forward).transpose();
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for (object, (a, b)) in scene_buffers.objects.iter().zip(&scene_buffers.bounds) {
+        for (index, (object, (a, b))) in scene_buffers.objects.iter().zip(&scene_buffers.bounds).enumerate() {
             for corner in 0..8 {
                 let pick = |bit: u32, a: f64, b: f64| if corner >> bit & 1 == 1 { b } else { a };
                 let p = DVec3::new(pick(0, a.x, b.x), pick(1, a.y, b.y), pick(2, a.z, b.z));
                 let p = light_from_world * object.world_from_object.transform_point(p);
-                (low, high) = (low.min(p), high.max(p));
+                // What casts nothing counts along the light only.
+                let (lowest, highest) = match casters.contains(&index) {
+                    true => (p, p),
+                    false => (DVec3::INFINITY.with_z(p.z), DVec3::NEG_INFINITY.with_z(p.z)),
+                };
+                (low, high) = (low.min(lowest), high.max(highest));
             }
         }
         let extent = high - low;
@@ -97,7 +116,7 @@ impl LightMap {
                 center_y: BORDER,
             },
         };
-        let keys = draw(scene_buffers, &projection);
+        let keys = draw(scene_buffers, casters, &projection);
         let widening = radius_rad.map_or(0.0, f64::tan) * texels_per_m;
         let reach = ((extent.z * widening) as f32).clamp(1.0, 40.0);
         let mut map = Self {
@@ -347,12 +366,12 @@ pub fn sampling_patterns() -> Vec<f32> {
     DISKS.iter().flat_map(disk).collect()
 }
 
-fn draw(scene_buffers: &SceneBuffers, projection: &Projection) -> Vec<f32> {
+fn draw(scene_buffers: &SceneBuffers, casters: &Range<usize>, projection: &Projection) -> Vec<f32> {
     const BAND_ROWS: usize = 64;
     /// Smallest rayon task, texels.
     const TASK_TEXELS: usize = 1 << 16;
-    let prepared = ViewGeometry::new(scene_buffers, projection);
-    let projected = prepared.projected(projection);
+    let prepared = ViewGeometry::refreshed(scene_buffers, projection, Vec::new(), casters);
+    let projected = prepared.projected_part(projection, casters);
     let opaque = projected.bin(BAND_ROWS, TriangleFilter::Opaque);
     let glass = projected.bin(BAND_ROWS, TriangleFilter::Transparent);
     let (width, height) = (projection.width_px, projection.height_px);

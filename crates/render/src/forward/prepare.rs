@@ -3,7 +3,9 @@
 //! Work is cut into fixed chunks that rayon may run in any order. Their results are kept in list order, so the
 //! triangle order, and with it every tie in depth, does not depend on the number of threads.
 
-use glam::{Vec3, Vec3A};
+use std::ops::Range;
+
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::projection::{Lens, NEAR_M, Projection};
@@ -30,8 +32,10 @@ pub struct ViewGeometry<'a> {
 pub struct ScreenGeometry<'a> {
     prepared: &'a ViewGeometry<'a>,
     projection: &'a Projection,
-    /// Position and key of each point; undefined for points behind the eye.
+    /// Position and key of each point of `objects`; undefined for points behind the eye.
     screen_points: Vec<[f32; 3]>,
+    objects: Range<usize>,
+    first_point: usize,
 }
 
 /// Screen triangles, and for each band the triangles that touch it, in list order.
@@ -47,15 +51,44 @@ struct Piece {
 impl<'a> ViewGeometry<'a> {
     /// Moves every point into the camera's frame.
     pub fn new(scene_buffers: &'a SceneBuffers<'a>, projection: &Projection) -> Self {
+        Self::refreshed(scene_buffers, projection, Vec::new(), &scene_buffers.all())
+    }
+
+    /// Moves the points of consecutive objects into the camera's frame; the others keep their places in
+    /// `camera_points`.
+    pub fn refreshed(
+        scene_buffers: &'a SceneBuffers<'a>,
+        projection: &Projection,
+        mut camera_points: Vec<Vec3>,
+        objects: &Range<usize>,
+    ) -> Self {
         let camera_from_world = projection.camera_from_world.as_affine3a();
-        let seen = |p: &Vec3A| Vec3::from(camera_from_world.transform_point3a(*p));
-        Self { scene_buffers, camera_points: scene_buffers.points_in_world.iter().map(seen).collect() }
+        camera_points.resize(scene_buffers.points_in_world.len(), Vec3::ZERO);
+        let vertices = scene_buffers.vertices_of(objects);
+        for (seen, p) in
+            camera_points[vertices.clone()].iter_mut().zip(&scene_buffers.points_in_world[vertices])
+        {
+            *seen = Vec3::from(camera_from_world.transform_point3a(*p));
+        }
+        Self { scene_buffers, camera_points }
     }
 
     /// Projects every point for an image of `projection`'s size in samples.
     pub fn projected(&'a self, projection: &'a Projection) -> ScreenGeometry<'a> {
-        let screen_points = self.camera_points.iter().map(|p| projection.lens.project(*p)).collect();
-        ScreenGeometry { prepared: self, projection, screen_points }
+        self.projected_part(projection, &self.scene_buffers.all())
+    }
+
+    /// Projects the points of consecutive objects.
+    pub fn projected_part(
+        &'a self,
+        projection: &'a Projection,
+        objects: &Range<usize>,
+    ) -> ScreenGeometry<'a> {
+        let vertices = self.scene_buffers.vertices_of(objects);
+        let first_point = vertices.start;
+        let screen_points =
+            self.camera_points[vertices].iter().map(|p| projection.lens.project(*p)).collect();
+        ScreenGeometry { prepared: self, projection, screen_points, objects: objects.clone(), first_point }
     }
 }
 
@@ -63,12 +96,12 @@ impl ScreenGeometry<'_> {
     /// Clips and bins the triangles.
     pub fn bin(&self, band_rows: usize, keep: TriangleFilter) -> TriangleBins {
         const PIECE: usize = 8192;
-        let Self { prepared: ViewGeometry { scene_buffers, camera_points }, projection, screen_points } =
-            self;
+        let Self { prepared, projection, screen_points, objects, first_point } = self;
+        let ViewGeometry { scene_buffers, camera_points } = prepared;
         let band_count = projection.height_px.div_ceil(band_rows);
         let lens = &projection.lens;
         let near_m = if lens.perspective { NEAR_M } else { 0.0 };
-        let drawn = scene_buffers.drawn(keep);
+        let drawn = scene_buffers.drawn(keep, objects);
         let pieces = (0..drawn.len().div_ceil(PIECE))
             .into_par_iter()
             .map(|piece| {
@@ -84,7 +117,7 @@ impl ScreenGeometry<'_> {
                         }
                     };
                     match corners.iter().filter(|p| p.z < near_m).count() {
-                        0 => enter(triangle.vertices.map(|v| screen_points[v as usize])),
+                        0 => enter(triangle.vertices.map(|v| screen_points[v as usize - first_point])),
                         3 => {}
                         _ => clipped(corners, near_m, lens, enter),
                     }

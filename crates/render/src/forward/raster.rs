@@ -12,6 +12,7 @@ use super::prepare::{ScreenTriangle, covered};
 pub const NOTHING: u32 = u32::MAX;
 
 /// Rows `first_row..first_row + rows` of an image: nearest depth key and its triangle at each pixel.
+#[derive(Clone)]
 pub struct Band {
     pub first_row: usize,
     pub rows: usize,

@@ -1,6 +1,7 @@
 //! World-space vertex and triangle buffers of all objects. They depend on neither view nor light, so all images of a
 //! scene and their light maps share them.
 
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3A};
@@ -8,7 +9,7 @@ use rayon::prelude::*;
 
 use super::one_sided::shows_no_backs;
 use crate::RenderObject;
-use geometry::Material;
+use geometry::{Material, Pose};
 
 /// A triangle with its object and material.
 pub struct SourceTriangle {
@@ -39,6 +40,8 @@ pub struct SceneBuffers<'a> {
     pub points_in_world: Vec<Vec3A>,
     /// First vertex of each object.
     pub first_vertex: Vec<u32>,
+    /// First triangle of each object.
+    first_triangle: Vec<u32>,
     /// Triangles of all objects, one after the other.
     pub triangles: Vec<SourceTriangle>,
     opaque: Vec<u32>,
@@ -72,8 +75,10 @@ impl<'a> SceneBuffers<'a> {
         let (mut opaque, mut transparent) = (Vec::with_capacity(count), Vec::new());
         let no_backs: Vec<bool> =
             objects.par_iter().map(|object| shows_no_backs(object.mesh, is_opaque)).collect();
+        let mut first_triangle = Vec::with_capacity(objects.len());
         for (index, object) in objects.iter().enumerate() {
             let base = first_vertex[index];
+            first_triangle.push(triangles.len() as u32);
             for group in &object.mesh.groups {
                 let next = triangles.len() as u32;
                 let hides = is_opaque(&object.mesh.materials[group.material]);
@@ -89,41 +94,95 @@ impl<'a> SceneBuffers<'a> {
         }
         let bounds = objects.iter().map(|object| object.mesh.bounds()).collect();
         let facings = OnceLock::new();
-        Self { objects, bounds, points_in_world, first_vertex, triangles, opaque, transparent, facings }
+        Self {
+            objects,
+            bounds,
+            points_in_world,
+            first_vertex,
+            first_triangle,
+            triangles,
+            opaque,
+            transparent,
+            facings,
+        }
     }
 
-    /// The triangles to draw.
-    pub fn drawn(&self, keep: TriangleFilter) -> DrawnTriangles<'_> {
+    /// Moves an object.
+    pub fn set_pose(&mut self, index: usize, world_from_object: Pose) {
+        let object = &mut self.objects[index];
+        if object.world_from_object == world_from_object {
+            return;
+        }
+        object.world_from_object = world_from_object;
+        let mesh = object.mesh;
+        let vertices = self.vertices_of(&(index..index + 1));
+        for (point, p) in self.points_in_world[vertices].iter_mut().zip(&mesh.positions) {
+            *point = world_from_object.transform_point(*p).as_vec3a();
+        }
+        if let Some(mut facings) = self.facings.take() {
+            let triangles = self.triangles_of(&(index..index + 1));
+            for triangle in triangles.start as usize..triangles.end as usize {
+                facings[triangle] = self.facing(&self.triangles[triangle]);
+            }
+            self.facings = OnceLock::from(facings);
+        }
+    }
+
+    /// All objects.
+    pub fn all(&self) -> Range<usize> {
+        0..self.objects.len()
+    }
+
+    /// The vertices of consecutive objects.
+    pub fn vertices_of(&self, objects: &Range<usize>) -> Range<usize> {
+        let first =
+            |index: usize| self.first_vertex.get(index).map_or(self.points_in_world.len(), |v| *v as usize);
+        first(objects.start)..first(objects.end)
+    }
+
+    /// The triangles of consecutive objects.
+    pub fn triangles_of(&self, objects: &Range<usize>) -> Range<u32> {
+        let first =
+            |index: usize| self.first_triangle.get(index).copied().unwrap_or(self.triangles.len() as u32);
+        first(objects.start)..first(objects.end)
+    }
+
+    /// The triangles of consecutive objects to draw.
+    pub fn drawn(&self, keep: TriangleFilter, objects: &Range<usize>) -> DrawnTriangles<'_> {
+        let triangles = self.triangles_of(objects);
+        let among = |numbers: &'_ [u32]| {
+            let place = |end: u32| numbers.partition_point(|number| *number < end);
+            place(triangles.start)..place(triangles.end)
+        };
         match keep {
-            TriangleFilter::All => DrawnTriangles::All(self.triangles.len()),
-            TriangleFilter::Opaque => DrawnTriangles::Some(&self.opaque),
-            TriangleFilter::Transparent => DrawnTriangles::Some(&self.transparent),
+            TriangleFilter::All => DrawnTriangles::All(triangles),
+            TriangleFilter::Opaque => DrawnTriangles::Some(&self.opaque[among(&self.opaque)]),
+            TriangleFilter::Transparent => DrawnTriangles::Some(&self.transparent[among(&self.transparent)]),
         }
     }
 
     /// Unit normal of each triangle by its winding, world frame; zero for a degenerate triangle.
     pub fn facings(&self) -> &[Vec3A] {
-        self.facings.get_or_init(|| {
-            let facing = |triangle: &SourceTriangle| {
-                let [p, q, r] = triangle.vertices.map(|v| self.points_in_world[v as usize]);
-                (q - p).cross(r - p).normalize_or_zero()
-            };
-            self.triangles.iter().map(facing).collect()
-        })
+        self.facings.get_or_init(|| self.triangles.iter().map(|triangle| self.facing(triangle)).collect())
+    }
+
+    fn facing(&self, triangle: &SourceTriangle) -> Vec3A {
+        let [p, q, r] = triangle.vertices.map(|v| self.points_in_world[v as usize]);
+        (q - p).cross(r - p).normalize_or_zero()
     }
 }
 
 /// Indices of triangles, in list order.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub enum DrawnTriangles<'a> {
-    All(usize),
+    All(Range<u32>),
     Some(&'a [u32]),
 }
 
 impl DrawnTriangles<'_> {
     pub fn len(&self) -> usize {
         match self {
-            Self::All(count) => *count,
+            Self::All(triangles) => triangles.len(),
             Self::Some(numbers) => numbers.len(),
         }
     }
@@ -132,7 +191,7 @@ impl DrawnTriangles<'_> {
     #[inline]
     pub fn at(&self, place: usize) -> u32 {
         match self {
-            Self::All(_) => place as u32,
+            Self::All(triangles) => triangles.start + place as u32,
             Self::Some(numbers) => numbers[place],
         }
     }

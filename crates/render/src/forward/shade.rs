@@ -5,6 +5,7 @@
 //! the pixel's ray with the triangle itself, so clipping needs no special case.
 
 use glam::{Mat3A, Vec2, Vec3, Vec3A};
+use rayon::prelude::*;
 
 use super::environment::Environment;
 use super::floor_light::FloorLight;
@@ -16,21 +17,39 @@ use super::sky::{SkyNearby, SkyShare};
 use super::texture_map::TextureMap;
 use crate::{Background, RenderObject};
 
-/// Everything that shading a point needs.
-pub struct Shader<'a> {
-    scene_buffers: &'a SceneBuffers<'a>,
-    camera_points: &'a [Vec3],
-    environment: Environment<'a>,
+/// Light, background and materials of an image: what shading needs that depends on no view.
+pub struct Surroundings<'a> {
+    pub environment: Environment<'a>,
     background: Background,
     floor_light: Option<FloorLight>,
     /// Reciprocal of the light on an unshadowed floor.
     per_open_floor: Vec3,
-    world_from_camera: glam::Affine3A,
-    world_from_object: Vec<Mat3A>,
     materials: ShadingMaterials<'a>,
     textures: Vec<TextureMap<'a>>,
+}
+
+/// Everything that shading a point needs.
+pub struct Shader<'a> {
+    scene_buffers: &'a SceneBuffers<'a>,
+    camera_points: &'a [Vec3],
+    surroundings: &'a Surroundings<'a>,
+    world_from_camera: glam::Affine3A,
+    world_from_object: Vec<Mat3A>,
     /// Of each triangle, unit, in the world, by its winding.
     facings: &'a [Vec3A],
+}
+
+/// Light from a point toward the eye as long as nothing that moves is in its way, and where its shadows are sought.
+#[derive(Clone, Copy, Default)]
+pub struct StillLight {
+    /// Without the key light.
+    pub base: Vec3,
+    /// What the key light adds, past everything that does not move.
+    pub key: Vec3,
+    /// Where shadows fall, and with which turn of the sampling pattern.
+    pub point: Vec3A,
+    pub flat_normal: Vec3A,
+    pub turn: f32,
 }
 
 /// Intersection of a pixel's ray with the plane of a triangle.
@@ -58,31 +77,35 @@ pub struct Surface {
     material: usize,
 }
 
+impl<'a> Surroundings<'a> {
+    pub fn new(
+        scene_buffers: &SceneBuffers<'a>,
+        environment: Environment<'a>,
+        background: Background,
+    ) -> Self {
+        let materials = ShadingMaterials::new(&scene_buffers.objects);
+        let textures = materials.textures.par_iter().map(|texture| TextureMap::new(texture)).collect();
+        let floor_light =
+            background.floor.map(|floor| FloorLight::new(scene_buffers, &environment, floor.z_m as f32));
+        let per_open_floor = environment.per_open_floor();
+        Self { environment, background, floor_light, per_open_floor, materials, textures }
+    }
+}
+
 impl<'a> Shader<'a> {
     pub fn new(
         scene_buffers: &'a SceneBuffers<'a>,
         prepared: &'a ViewGeometry,
-        environment: Environment<'a>,
-        background: Background,
+        surroundings: &'a Surroundings<'a>,
         world_from_camera: glam::Affine3A,
     ) -> Self {
-        let materials = ShadingMaterials::new(&scene_buffers.objects);
-        use rayon::prelude::*;
-        let textures = materials.textures.par_iter().map(|texture| TextureMap::new(texture)).collect();
         let turn = |object: &RenderObject| Mat3A::from_quat(object.world_from_object.rotation.as_quat());
-        let floor_light =
-            background.floor.map(|floor| FloorLight::new(scene_buffers, &environment, floor.z_m as f32));
         Self {
             scene_buffers,
             camera_points: &prepared.camera_points,
-            floor_light,
-            per_open_floor: environment.per_open_floor(),
-            environment,
-            background,
+            surroundings,
             world_from_camera,
             world_from_object: scene_buffers.objects.iter().map(turn).collect(),
-            materials,
-            textures,
             facings: scene_buffers.facings(),
         }
     }
@@ -150,7 +173,7 @@ impl<'a> Shader<'a> {
             toward_eye,
             uv: (0..3).fold(Vec2::ZERO, |sum, k| sum + hit.weights[k] * uvs[k]),
             uv_density: uv_area / area.max(1e-20),
-            material: self.materials.number(hit.object, triangle.material as usize),
+            material: self.surroundings.materials.number(hit.object, triangle.material as usize),
         }
     }
 
@@ -166,30 +189,60 @@ impl<'a> Shader<'a> {
     /// Linear light leaving an opaque surface point toward the eye. `nearby` caches the sky share for neighboring
     /// pixels; `turn` (0..1) is the pixel's rotation of the shadow sampling pattern.
     pub fn color(&self, s: &Surface, pixel_size_m: f32, turn: f32, nearby: &mut SkyNearby) -> Vec3 {
-        let material = self.materials.material(s.material);
+        let environment = &self.surroundings.environment;
+        let reaching = || environment.key_visibility(s.point, s.flat_normal, turn);
+        self.color_in(s, pixel_size_m, nearby, reaching)
+    }
+
+    /// The light of [`Self::color`], open for shadows of what moves.
+    pub fn still_color(
+        &self,
+        s: &Surface,
+        pixel_size_m: f32,
+        turn: f32,
+        nearby: &mut SkyNearby,
+    ) -> StillLight {
+        let environment = &self.surroundings.environment;
+        let base = self.color_in(s, pixel_size_m, nearby, || 0.0);
+        let reaching = || environment.past_still(s.point, s.flat_normal, turn);
+        let key = self.color_in(s, pixel_size_m, nearby, reaching) - base;
+        StillLight { base, key, point: s.point, flat_normal: s.flat_normal, turn }
+    }
+
+    fn color_in(
+        &self,
+        s: &Surface,
+        pixel_size_m: f32,
+        nearby: &mut SkyNearby,
+        reaching: impl Fn() -> f32,
+    ) -> Vec3 {
+        let environment = &self.surroundings.environment;
+        let material = self.surroundings.materials.material(s.material);
         let albedo = self.albedo(s, material, pixel_size_m);
-        let seen = nearby.at(self.environment.sky, s.point, s.flat_normal, pixel_size_m);
-        let (diffuse, specular) = self.reflected(s, material, albedo, turn, seen);
-        (diffuse + specular) * self.environment.lighting.exposure
+        let seen = nearby.at(environment.sky, s.point, s.flat_normal, pixel_size_m);
+        let (diffuse, specular) = self.reflected(s, material, albedo, seen, reaching);
+        (diffuse + specular) * environment.lighting.exposure
     }
 
     /// A transparent surface: the light it adds, and the factor on the light from behind.
     pub fn glass(&self, s: &Surface, pixel_size_m: f32, turn: f32) -> (Vec3, Vec3) {
-        let material = self.materials.material(s.material);
+        let environment = &self.surroundings.environment;
+        let material = self.surroundings.materials.material(s.material);
         let albedo = self.albedo(s, material, pixel_size_m);
-        let seen = self.environment.sky.seen_from(s.point, s.flat_normal);
-        let (diffuse, specular) = self.reflected(s, material, albedo, turn, seen);
+        let seen = environment.sky.seen_from(s.point, s.flat_normal);
+        let reaching = || environment.key_visibility(s.point, s.flat_normal, turn);
+        let (diffuse, specular) = self.reflected(s, material, albedo, seen, reaching);
         let facing = s.normal.dot(s.toward_eye).clamp(0.0, 1.0);
         let grazing = (1.0 - facing).powi(3);
         let solid = material.opacity + (1.0 - material.opacity) * 0.35 * grazing;
         let tint = Vec3::ONE.lerp(albedo, 0.35 + 0.3 * material.opacity);
-        let added = (diffuse * solid * 0.8 + specular) * self.environment.lighting.exposure;
+        let added = (diffuse * solid * 0.8 + specular) * environment.lighting.exposure;
         (added, tint * (1.0 - solid))
     }
 
     fn albedo(&self, s: &Surface, material: &ShadingMaterial, pixel_size_m: f32) -> Vec3 {
         let Some(texture) = material.texture else { return material.base_color };
-        let texture = &self.textures[texture];
+        let texture = &self.surroundings.textures[texture];
         let facing = s.flat_normal.dot(s.toward_eye).max(0.05);
         let texels = s.uv_density * texture.area_texels() * pixel_size_m * pixel_size_m / facing;
         material.base_color * texture.sample(s.uv, 0.5 * texels.max(1.0).log2() - 0.25)
@@ -200,11 +253,12 @@ impl<'a> Shader<'a> {
         s: &Surface,
         material: &ShadingMaterial,
         albedo: Vec3,
-        turn: f32,
         seen: SkyShare,
+        reaching: impl Fn() -> f32,
     ) -> (Vec3, Vec3) {
-        let lighting = &self.environment.lighting;
-        let (n, v, l) = (s.normal, s.toward_eye, self.environment.toward_key);
+        let environment = &self.surroundings.environment;
+        let lighting = &environment.lighting;
+        let (n, v, l) = (s.normal, s.toward_eye, environment.toward_key);
         let nv = n.dot(v).clamp(0.02, 1.0);
         let nl = n.dot(l).min(2.0 * s.flat_normal.dot(l)).max(0.0);
         let f0 = Vec3::splat(0.04).lerp(albedo, material.metalness);
@@ -212,7 +266,7 @@ impl<'a> Shader<'a> {
         let mut diffuse = Vec3::ZERO;
         let mut specular = Vec3::ZERO;
         if nl > 0.0 {
-            let reaching = self.environment.key_visibility(s.point, s.flat_normal, turn);
+            let reaching = reaching();
             if reaching > 0.0 {
                 let key = lighting.key_color * (nl * reaching);
                 let h = (l + v).normalize_or_zero();
@@ -235,31 +289,62 @@ impl<'a> Shader<'a> {
         // smooth normal.
         let smooth_over_flat = (lighting.sky_color * up + lighting.ground_color * (1.0 - up))
             / (lighting.sky_color * up_flat + lighting.ground_color * (1.0 - up_flat)).max(Vec3::splat(1e-3));
-        diffuse += matte * self.environment.diffuse(s.flat_normal, seen) * smooth_over_flat;
+        diffuse += matte * environment.diffuse(s.flat_normal, seen) * smooth_over_flat;
         let r = 2.0 * n.dot(v) * n - v;
-        let surroundings = self.environment.mirrored(r, material.roughness);
+        let mirrored = environment.mirrored(r, material.roughness);
         let occlusion = (0.25 + 0.75 * seen.open).min(1.0);
-        specular += surroundings * mirror_share(f0, material.roughness, nv) * occlusion;
+        specular += mirrored * mirror_share(f0, material.roughness, nv) * occlusion;
         (diffuse, specular)
     }
 
     /// The backdrop at height `fraction` of the image (0 = top), dimmed by shadows on its floor.
     pub fn backdrop(&self, fraction: f32, lens: &Lens, x: f32, y: f32, turn: f32) -> Vec3 {
-        let color = self.background.top_color.lerp(self.background.bottom_color, fraction);
-        let Some(floor) = self.background.floor else { return color };
+        let color = self.backdrop_color(fraction);
+        let Some(point) = self.floor_point(lens, x, y) else { return color };
+        let reaching = self.surroundings.environment.key_visibility(point, Vec3A::Z, turn);
+        self.on_floor(color, point, reaching)
+    }
+
+    /// The light of [`Self::backdrop`], open for shadows of what moves.
+    pub fn still_backdrop(&self, fraction: f32, lens: &Lens, x: f32, y: f32, turn: f32) -> StillLight {
+        let color = self.backdrop_color(fraction);
+        let Some(point) = self.floor_point(lens, x, y) else {
+            return StillLight {
+                base: color,
+                key: Vec3::ZERO,
+                point: Vec3A::ZERO,
+                flat_normal: Vec3A::Z,
+                turn,
+            };
+        };
+        let reaching = self.surroundings.environment.past_still(point, Vec3A::Z, turn);
+        let base = self.on_floor(color, point, 0.0);
+        let key = self.on_floor(color, point, reaching) - base;
+        StillLight { base, key, point, flat_normal: Vec3A::Z, turn }
+    }
+
+    fn backdrop_color(&self, fraction: f32) -> Vec3 {
+        let background = &self.surroundings.background;
+        background.top_color.lerp(background.bottom_color, fraction)
+    }
+
+    /// Where the ray through a sample position meets the floor of the backdrop.
+    fn floor_point(&self, lens: &Lens, x: f32, y: f32) -> Option<Vec3A> {
+        let floor = self.surroundings.background.floor?;
         let (origin, direction) = lens.ray(x, y);
         let origin = self.world_from_camera.transform_point3a(Vec3A::from(origin));
         let direction = self.world_from_camera.transform_vector3a(Vec3A::from(direction));
         let t = (floor.z_m as f32 - origin.z) / direction.z;
-        if !t.is_finite() || t <= 0.0 {
-            return color;
-        }
-        let point = origin + t * direction;
-        let lighting = &self.environment.lighting;
-        let key = lighting.key_color * self.environment.toward_key.z.max(0.0);
-        let reaching = self.environment.key_visibility(point, Vec3A::Z, turn);
-        let sky = self.floor_light.as_ref().map_or(lighting.sky_color, |light| light.at(point));
-        color * ((key * reaching + sky) * self.per_open_floor).min(Vec3::ONE)
+        (t.is_finite() && t > 0.0).then(|| origin + t * direction)
+    }
+
+    /// The backdrop's color on its floor, where this share of the key light reaches it.
+    fn on_floor(&self, color: Vec3, point: Vec3A, reaching: f32) -> Vec3 {
+        let Surroundings { environment, floor_light, per_open_floor, .. } = self.surroundings;
+        let lighting = &environment.lighting;
+        let key = lighting.key_color * environment.toward_key.z.max(0.0);
+        let sky = floor_light.as_ref().map_or(lighting.sky_color, |light| light.at(point));
+        color * ((key * reaching + sky) * *per_open_floor).min(Vec3::ONE)
     }
 }
 

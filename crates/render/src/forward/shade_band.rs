@@ -3,24 +3,65 @@
 use glam::Vec3;
 
 use super::prepare::{ScreenTriangle, TriangleBins};
-use super::projection::Projection;
+use super::projection::{Lens, Projection};
 use super::raster::{Band, NOTHING};
-use super::shade::Shader;
+use super::shade::{Shader, StillLight, Surface};
 use super::sky::SkyNearby;
 use super::tone_map::ToneMapper;
 
 /// Maximum number of color samples along each side of a pixel, and per pixel.
 pub const MAX_SUPERSAMPLING: u32 = 4;
-const MAX_SAMPLES: usize = (MAX_SUPERSAMPLING * MAX_SUPERSAMPLING) as usize;
+pub const MAX_SAMPLES: usize = (MAX_SUPERSAMPLING * MAX_SUPERSAMPLING) as usize;
 /// Pixels along each side of a block that shares sky light; bands are whole blocks high, so none is cut.
 const SKY_BLOCK_PX: usize = 2;
 
-/// Linear light at the samples of a pixel.
-pub enum PixelLight<'a> {
+/// Light at the samples of a pixel, linear.
+pub enum PixelLight<'a, L = Vec3> {
     /// The same at all of them.
-    Even(Vec3),
+    Even(L),
     /// Row by row.
-    Uneven(&'a [Vec3]),
+    Uneven(&'a [L]),
+}
+
+/// What shading finds at a sample.
+pub trait SampleLight: Copy + Default {
+    /// [`Shader::color`] or a form of it.
+    fn of_surface(shader: &Shader, s: &Surface, pixel_size_m: f32, turn: f32, nearby: &mut SkyNearby)
+    -> Self;
+    /// [`Shader::backdrop`] or a form of it.
+    fn of_backdrop(shader: &Shader, fraction: f32, lens: &Lens, at: (f32, f32), turn: f32) -> Self;
+}
+
+impl SampleLight for Vec3 {
+    fn of_surface(
+        shader: &Shader,
+        s: &Surface,
+        pixel_size_m: f32,
+        turn: f32,
+        nearby: &mut SkyNearby,
+    ) -> Self {
+        shader.color(s, pixel_size_m, turn, nearby)
+    }
+
+    fn of_backdrop(shader: &Shader, fraction: f32, lens: &Lens, (x, y): (f32, f32), turn: f32) -> Self {
+        shader.backdrop(fraction, lens, x, y, turn)
+    }
+}
+
+impl SampleLight for StillLight {
+    fn of_surface(
+        shader: &Shader,
+        s: &Surface,
+        pixel_size_m: f32,
+        turn: f32,
+        nearby: &mut SkyNearby,
+    ) -> Self {
+        shader.still_color(s, pixel_size_m, turn, nearby)
+    }
+
+    fn of_backdrop(shader: &Shader, fraction: f32, lens: &Lens, (x, y): (f32, f32), turn: f32) -> Self {
+        shader.still_backdrop(fraction, lens, x, y, turn)
+    }
 }
 
 /// A rasterized band with its projection and shader.
@@ -43,11 +84,11 @@ impl BandShader<'_> {
             rgba[4 * (row * width + x)..][..4].copy_from_slice(&tone_mapper.encode(row, light));
         };
         if glass.band(index).next().is_none() {
-            self.each_pixel(|x, row, light| expose(x, row, &light, rgba));
+            self.each_pixel(|x, row, light: PixelLight| expose(x, row, &light, rgba));
             return;
         }
         let mut linear = vec![Vec3::ZERO; stride * self.band.rows];
-        self.each_pixel(|x, row, light| {
+        self.each_pixel(|x, row, light: PixelLight| {
             for v in 0..samples {
                 let line = &mut linear[(row * samples + v) * stride + x * samples..][..samples];
                 match light {
@@ -67,48 +108,67 @@ impl BandShader<'_> {
         }
     }
 
-    /// Calls `visit` with column, row and light of each pixel, without glass. Light and texture vary slowly over one
-    /// surface and textures are filtered to a pixel's size, so each surface in a pixel is shaded once. Sky light
-    /// varies more slowly still: blocks of pixels share it.
-    fn each_pixel(&self, mut visit: impl FnMut(usize, usize, PixelLight)) {
-        let Self { band, projection, shader, samples } = *self;
-        let lens = &projection.lens;
-        let color = |x: usize, row: usize, across: usize, nearby: &mut SkyNearby| {
-            let y = band.first_row + row;
-            // The sample nearest the pixel center, which its triangle certainly covers.
-            let center = across / 2;
-            let (px, py) = ((x + center) as f32 + 0.5, (y + center) as f32 + 0.5);
-            let (source, key) = band.at(x + center, row + center);
-            let turn = grain(x / across, y / across);
-            if source == NOTHING {
-                shader.backdrop(py / projection.height_px as f32, lens, px, py, turn)
-            } else {
-                let surface = shader.surface(source, lens, px, py);
-                shader.color(&surface, across as f32 * lens.pixel_size_m(lens.depth_of(key)), turn, nearby)
-            }
-        };
-        let (width, rows) = (band.width_px / samples, band.rows / samples);
+    /// Calls `visit` with column, row and light of each pixel, without glass. Sky light varies slowly: blocks of pixels
+    /// share it.
+    pub fn each_pixel<L: SampleLight>(&self, mut visit: impl FnMut(usize, usize, PixelLight<L>)) {
+        let (width, rows) = (self.band.width_px / self.samples, self.band.rows / self.samples);
         let blocks = |count: usize| (0..count).step_by(SKY_BLOCK_PX);
+        let mut seen = [L::default(); MAX_SAMPLES];
         for (top, left) in blocks(rows).flat_map(|top| blocks(width).map(move |left| (top, left))) {
             let mut nearby = SkyNearby::default();
             for row in top..(top + SKY_BLOCK_PX).min(rows) {
                 for x in left..(left + SKY_BLOCK_PX).min(width) {
-                    let (u0, v0) = (x * samples, row * samples);
-                    if samples == 1 || shows_one_surface(band, shader, u0, v0, samples) {
-                        visit(x, row, PixelLight::Even(color(u0, v0, samples, &mut nearby)));
-                        continue;
-                    }
-                    let mut sources = [NOTHING; MAX_SAMPLES];
-                    let mut seen = [Vec3::ZERO; MAX_SAMPLES];
-                    for k in 0..samples * samples {
-                        let (u, v) = (u0 + k % samples, v0 + k / samples);
-                        sources[k] = band.at(u, v).0;
-                        let known = (0..k).find(|&j| is_one_surface(shader, sources[j], sources[k]));
-                        seen[k] = known.map_or_else(|| color(u, v, 1, &mut nearby), |j| seen[j]);
-                    }
-                    visit(x, row, PixelLight::Uneven(&seen[..samples * samples]));
+                    visit(x, row, self.pixel(x, row, &mut nearby, &mut seen));
                 }
             }
+        }
+    }
+
+    /// The light of a pixel, without glass. Light and texture vary slowly over one surface and textures are filtered to
+    /// a pixel's size, so each surface in a pixel is shaded once.
+    pub fn pixel<'s, L: SampleLight>(
+        &self,
+        x: usize,
+        row: usize,
+        nearby: &mut SkyNearby,
+        seen: &'s mut [L; MAX_SAMPLES],
+    ) -> PixelLight<'s, L> {
+        let Self { band, shader, samples, .. } = *self;
+        let (u0, v0) = (x * samples, row * samples);
+        if samples == 1 || shows_one_surface(band, shader, u0, v0, samples) {
+            return PixelLight::Even(self.sample(u0, v0, samples, nearby));
+        }
+        let mut sources = [NOTHING; MAX_SAMPLES];
+        for k in 0..samples * samples {
+            let (u, v) = (u0 + k % samples, v0 + k / samples);
+            sources[k] = band.at(u, v).0;
+            let known = (0..k).find(|&j| is_one_surface(shader, sources[j], sources[k]));
+            seen[k] = known.map_or_else(|| self.sample(u, v, 1, nearby), |j| seen[j]);
+        }
+        PixelLight::Uneven(&seen[..samples * samples])
+    }
+
+    /// The light of `across` samples each way, or of one.
+    fn sample<L: SampleLight>(&self, x: usize, row: usize, across: usize, nearby: &mut SkyNearby) -> L {
+        let Self { band, projection, shader, .. } = *self;
+        let lens = &projection.lens;
+        let y = band.first_row + row;
+        // The sample nearest the pixel center, which its triangle certainly covers.
+        let center = across / 2;
+        let (px, py) = ((x + center) as f32 + 0.5, (y + center) as f32 + 0.5);
+        let (source, key) = band.at(x + center, row + center);
+        let turn = grain(x / across, y / across);
+        if source == NOTHING {
+            L::of_backdrop(shader, py / projection.height_px as f32, lens, (px, py), turn)
+        } else {
+            let surface = shader.surface(source, lens, px, py);
+            L::of_surface(
+                shader,
+                &surface,
+                across as f32 * lens.pixel_size_m(lens.depth_of(key)),
+                turn,
+                nearby,
+            )
         }
     }
 

@@ -24,6 +24,9 @@ pub struct SkyShare {
     pub open: f32,
 }
 
+/// A sky that nothing occludes.
+pub static OPEN_SKY: Sky = Sky { groups: Vec::new(), directions: 0 };
+
 impl Sky {
     /// Renders an occlusion map of the objects from every direction.
     pub fn new(scene_buffers: &SceneBuffers, settings: &RenderSettings) -> Self {

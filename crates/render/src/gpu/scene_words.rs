@@ -45,7 +45,7 @@ pub fn scene_words(scene_buffers: &SceneBuffers, sky: &Sky) -> (Words, SceneLayo
     }
     let materials = ShadingMaterials::new(&scene_buffers.objects);
     let mut flags = vec![0; scene_buffers.triangles.len()];
-    let glass = scene_buffers.drawn(TriangleFilter::Transparent);
+    let glass = scene_buffers.drawn(TriangleFilter::Transparent, &scene_buffers.all());
     (0..glass.len()).for_each(|place| flags[glass.at(place) as usize] |= TRANSPARENT);
     layout.has_glass = glass.len() > 0;
     layout.triangles_at = words.count();
