@@ -5,7 +5,6 @@ use episodes::EpisodeError;
 use episodes::EpisodeUnit;
 use episodes::episode::{EpisodeHeader, Outcome};
 use episodes::frame::{CameraFrame, Frame};
-use geometry::Pose;
 use manipulation::execution::{Execution, RobotStart, TaskScene, execute};
 use manipulation::world::WorldOptions;
 use physics::{Body, SettleSettings};
@@ -16,7 +15,7 @@ use crate::motion_window::motion_window;
 use crate::record::{self, EpisodeRecord};
 use crate::sample::Sample;
 use crate::setup::{Setup, Work};
-use crate::stage::{CameraView, Stage};
+use crate::stage::{CameraView, Props, Stage};
 use crate::vectors::{action, state};
 
 /// Objects may move so far until they rest, meters; more is no arrangement.
@@ -185,11 +184,13 @@ fn recorded(
     let record = serde_json::to_value(record).unwrap_or_default();
     let header = EpisodeHeader { number, seed, task: task_index, record };
     let mut encoder = EpisodeEncoder::new(description, &setup.formats, header)?;
-    let stage = Stage::new(setup, work, sample);
+    let props = Props::new(setup, work, sample);
+    let has_cameras = !setup.cameras.is_empty();
+    let mut stage =
+        has_cameras.then(|| Stage::new(setup, work, sample, &props, recording, &frames[..frames.len() - 1]));
     for pair in frames.windows(2) {
-        let poses: Vec<(&str, Pose)> =
-            recording.objects.iter().map(String::as_str).zip(pair[0].object_poses.iter().copied()).collect();
-        let views: Vec<CameraView> = stage.images(&pair[0].joint_positions, pair[0].opening_m, &poses);
+        let images = |stage: &mut Stage| stage.images(&props, recording, &pair[0]);
+        let views: Vec<CameraView> = stage.as_mut().map(images).unwrap_or_default();
         let cameras: Vec<CameraFrame> = views
             .iter()
             .zip(description.cameras())

@@ -2,17 +2,26 @@
 
 use geometry::{Camera, DVec3, Pose, Rgb, TexturedMesh, Vec3};
 use imaging::Image;
+use manipulation::execution::{Frame, Recording};
 use manipulation::frames::{to_isometry, to_pose};
 use manipulation::link_meshes::{floor_m, stand_mesh};
-use render::{Background, Lighting, RenderObject, RenderSettings, SceneCache, View};
+use nalgebra::Isometry3;
+use render::sequence::StillLayer;
+use render::{Background, ImageSequence, Lighting, RenderObject, RenderSettings, View};
 use robot::kinematics::{link_poses, tool_pose};
 
+use crate::camera::Mount;
 use crate::sample::Sample;
 use crate::setup::{Setup, Work};
 
 /// Without the sky's shadows, which cost most.
 const QUALITY: RenderSettings =
-    RenderSettings { supersampling: 2, shadow_map_px: 512, sky_directions: 0, sky_map_px: 32 };
+    RenderSettings { supersampling: 2, shadow_map_px: MAX_SHADOW_MAP_PX, sky_directions: 0, sky_map_px: 32 };
+/// Side of the shadow maps where images are not smaller, texels.
+const MAX_SHADOW_MAP_PX: u32 = 512;
+/// Objects that move by less during a demonstration are shown at rest, meters and radians.
+const STILL_M: f64 = 1e-4;
+const STILL_RAD: f64 = 2e-3;
 /// Nothing is written that is farther away, meters.
 const FAR_M: f32 = episodes::description::MAX_DEPTH_M;
 
@@ -26,22 +35,17 @@ pub(crate) struct CameraView {
     pub world_from_camera: [f64; 16],
 }
 
-/// What is shown of one demonstration.
-pub(crate) struct Stage<'a> {
-    setup: &'a Setup,
-    work: &'a Work,
-    sample: &'a Sample,
-    /// The table first, then the objects, in their drawn colors.
+/// What is shown of one demonstration: the scene in its drawn colors, and the light.
+pub(crate) struct Props {
+    /// The table first, then the objects.
     meshes: Vec<TexturedMesh>,
     stand: TexturedMesh,
     lighting: Lighting,
     background: Background,
-    /// Whether depth or ids are wanted.
-    measures: bool,
 }
 
-impl<'a> Stage<'a> {
-    pub fn new(setup: &'a Setup, work: &'a Work, sample: &'a Sample) -> Self {
+impl Props {
+    pub fn new(setup: &Setup, work: &Work, sample: &Sample) -> Self {
         let tints = std::iter::once(sample.table_tint).chain(sample.objects.iter().map(|object| object.tint));
         let meshes: Vec<TexturedMesh> =
             setup.meshes.iter().zip(tints).map(|(mesh, tint)| tinted(mesh, tint)).collect();
@@ -57,57 +61,136 @@ impl<'a> Stage<'a> {
         let tint: Vec3 = sample.backdrop_tint.into();
         background.top_color *= tint;
         background.bottom_color *= tint;
+        Self { meshes, stand, lighting, background }
+    }
+}
+
+/// The cameras of one demonstration and what they see, frame by frame.
+pub(crate) struct Stage<'a> {
+    setup: &'a Setup,
+    sample: &'a Sample,
+    world_from_base: Isometry3<f64>,
+    sequence: ImageSequence<'a>,
+    /// Which of [`Stage::parts`] move, in the order of the sequence.
+    moving: Vec<usize>,
+    /// Of each camera that is fixed to the world.
+    layers: Vec<Option<StillLayer>>,
+    /// Whether depth or ids are wanted.
+    measures: bool,
+}
+
+/// An object or a link of the robot at a time.
+struct Part<'a> {
+    mesh: &'a TexturedMesh,
+    world_from_part: Pose,
+    id: u32,
+}
+
+impl<'a> Stage<'a> {
+    /// A stage for these frames of a recording. Objects that hardly move in them are shown where they are at first.
+    pub fn new(
+        setup: &'a Setup,
+        work: &Work,
+        sample: &'a Sample,
+        props: &'a Props,
+        recording: &Recording,
+        frames: &[Frame],
+    ) -> Self {
+        let world_from_base = to_isometry(&work.world_from_base);
+        let of_frame = |frame: &Frame| parts(setup, props, &world_from_base, recording, frame);
+        let first = frames.first().map(of_frame).unwrap_or_default();
+        let mut moves = vec![false; first.len()];
+        for frame in frames {
+            for ((moves, part), now) in moves.iter_mut().zip(&first).zip(of_frame(frame)) {
+                *moves |= is_elsewhere(&part.world_from_part, &now.world_from_part);
+            }
+        }
+        let shown = |part: &Part<'a>| RenderObject {
+            mesh: part.mesh,
+            world_from_object: part.world_from_part,
+            id: part.id,
+        };
+        let of = |wanted: bool| {
+            moves.iter().enumerate().filter(move |(_, moves)| **moves == wanted).map(|(k, _)| k)
+        };
+        let table = RenderObject { mesh: &props.meshes[0], world_from_object: Pose::IDENTITY, id: 1 };
+        let stand =
+            RenderObject { mesh: &props.stand, world_from_object: Pose::IDENTITY, id: robot_id(setup) };
+        let still = [table, stand].into_iter().chain(of(false).map(|index| shown(&first[index])));
+        let still = still.filter(|object| !object.mesh.positions.is_empty()).collect();
+        let moving: Vec<usize> = of(true).collect();
+        let moved = moving.iter().map(|index| shown(&first[*index])).collect();
+        let side_px = setup.cameras.iter().map(|camera| camera.width_px.max(camera.height_px)).max();
+        let settings =
+            RenderSettings { shadow_map_px: MAX_SHADOW_MAP_PX.min(side_px.unwrap_or_default()), ..QUALITY };
+        let sequence = ImageSequence::new(still, moved, props.lighting, props.background, &settings);
+        let layers = setup.cameras.iter().zip(&sample.cameras).map(|(camera, sample)| {
+            let is_fixed = camera.mount == Mount::World;
+            is_fixed.then(|| sequence.still_layer(&View::Perspective(camera.posed(sample, &Pose::IDENTITY))))
+        });
+        let layers = layers.collect();
         let measures =
             setup.description.cameras().iter().any(|camera| camera.depth || camera.instance_ids.is_some());
-        Self { setup, work, sample, meshes, stand, lighting, background, measures }
+        Self { setup, sample, world_from_base, sequence, moving, layers, measures }
     }
 
-    /// One image of each camera. `objects` are the names and poses of those present.
-    pub fn images(
-        &self,
-        joint_positions_rad: &[f64],
-        opening_m: f64,
-        objects: &[(&str, Pose)],
-    ) -> Vec<CameraView> {
-        let setup = self.setup;
-        if setup.cameras.is_empty() {
-            return Vec::new();
-        }
-        let base = to_isometry(&self.work.world_from_base);
-        let links = link_poses(&setup.robot, joint_positions_rad, opening_m);
-        let robot_id = setup.scene.objects.len() as u32 + 2;
-        let table = std::iter::once((&self.meshes[0], Pose::IDENTITY, 1));
-        let posed = objects.iter().filter_map(|(name, pose)| {
-            let index = setup.scene.index(name)?;
-            Some((&self.meshes[index + 1], *pose, index as u32 + 2))
+    /// One image of each camera at a frame.
+    pub fn images(&mut self, props: &Props, recording: &Recording, frame: &Frame) -> Vec<CameraView> {
+        let Self { setup, sample, world_from_base, .. } = self;
+        let parts = parts(setup, props, world_from_base, recording, frame);
+        let poses: Vec<Pose> = self.moving.iter().map(|index| parts[*index].world_from_part).collect();
+        self.sequence.move_to(&poses);
+        let world_from_tool = to_pose(&(*world_from_base * tool_pose(&setup.robot, &frame.joint_positions)));
+        let cameras = setup.cameras.iter().zip(&sample.cameras).zip(&mut self.layers);
+        let views = cameras.map(|((spec, sample), layer)| {
+            let camera = spec.posed(sample, &world_from_tool);
+            let view = View::Perspective(camera);
+            let sequence = &self.sequence;
+            let (image, depth_m, ids) = match (self.measures, layer) {
+                (false, Some(layer)) => (sequence.color_over(layer), Vec::new(), Vec::new()),
+                (false, None) => (sequence.color(&view), Vec::new(), Vec::new()),
+                (true, layer) => {
+                    let frame = match layer {
+                        Some(layer) => sequence.render_over(layer),
+                        None => sequence.render(&view),
+                    };
+                    (frame.color, frame.depth_m.iter().map(in_sight_m).collect(), frame.ids)
+                }
+            };
+            let world_from_camera = matrix(&camera.world_from_camera);
+            CameraView { image, depth_m, ids, intrinsics: intrinsics(&camera), world_from_camera }
         });
-        let arm = setup
-            .link_meshes
-            .iter()
-            .zip(&links)
-            .map(|(mesh, pose)| (mesh, to_pose(&(base * pose)), robot_id));
-        let shown = table.chain(posed).chain([(&self.stand, Pose::IDENTITY, robot_id)]).chain(arm);
-        let shown = shown.filter(|(mesh, ..)| !mesh.positions.is_empty());
-        let shown = shown.map(|(mesh, world_from_object, id)| RenderObject { mesh, world_from_object, id });
-        let cache = SceneCache::new(shown.collect(), &QUALITY);
-        let world_from_tool = to_pose(&(base * tool_pose(&setup.robot, joint_positions_rad)));
-        let cameras = setup.cameras.iter().zip(&self.sample.cameras);
-        cameras
-            .map(|(spec, sample)| {
-                let camera = spec.posed(sample, &world_from_tool);
-                let view = View::Perspective(camera);
-                let (image, depth_m, ids) = match self.measures {
-                    true => {
-                        let frame = cache.render(self.lighting, self.background, &view);
-                        (frame.color, frame.depth_m.iter().map(in_sight_m).collect(), frame.ids)
-                    }
-                    false => (cache.color(self.lighting, self.background, &view), Vec::new(), Vec::new()),
-                };
-                let world_from_camera = matrix(&camera.world_from_camera);
-                CameraView { image, depth_m, ids, intrinsics: intrinsics(&camera), world_from_camera }
-            })
-            .collect()
+        views.collect()
     }
+}
+
+/// The objects that are present and the links of the robot, in an order that is the same in all frames.
+fn parts<'a>(
+    setup: &'a Setup,
+    props: &'a Props,
+    world_from_base: &Isometry3<f64>,
+    recording: &Recording,
+    frame: &Frame,
+) -> Vec<Part<'a>> {
+    let objects = recording.objects.iter().zip(&frame.object_poses).filter_map(|(name, pose)| {
+        let index = setup.scene.index(name)?;
+        Some(Part { mesh: &props.meshes[index + 1], world_from_part: *pose, id: index as u32 + 2 })
+    });
+    let links = link_poses(&setup.robot, &frame.joint_positions, frame.opening_m);
+    let links = setup.link_meshes.iter().zip(links).map(|(mesh, base_from_link)| {
+        let world_from_part = to_pose(&(world_from_base * base_from_link));
+        Part { mesh, world_from_part, id: robot_id(setup) }
+    });
+    objects.chain(links).filter(|part| !part.mesh.positions.is_empty()).collect()
+}
+
+fn robot_id(setup: &Setup) -> u32 {
+    setup.scene.objects.len() as u32 + 2
+}
+
+/// Whether a pose is more than a hair's breadth from another.
+fn is_elsewhere(a: &Pose, b: &Pose) -> bool {
+    a.translation_m.distance(b.translation_m) > STILL_M || a.rotation.angle_between(b.rotation) > STILL_RAD
 }
 
 /// Depth, or 0 where nothing is in sight.
