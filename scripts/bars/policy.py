@@ -54,7 +54,7 @@ def main() -> bool:
         own = rolled_out(given, mujoco, scene, execution, dataset, weights, "--only", 1)[0]["outcome"]
         share[randomize] = sum(one == "success" for one in outcomes(found)) / len(found)
         kinds = Counter(one for one in outcomes(found) if one != "success").most_common()
-        rows.append([told_as, given.count, f"{100 * share[randomize]:.0f} % of {len(found)}",
+        rows.append([told_as, given.count, cost["different"], f"{100 * share[randomize]:.0f} % of {len(found)}",
                      ", ".join(f"{times} {kind}" for kind, times in kinds) or "none", own])
         costs.append([told_as, cost["frames"], cost["parameters"], f"{cost['loss']:.4f}", f"{cost['loss_held_out']:.4f}",
                       f"{1e3 * cost['error_rad']:.1f}", f"{cost['cpu_s']:.0f}"])
@@ -64,9 +64,11 @@ def main() -> bool:
               [["Success in MuJoCo from unseen randomized starts, trained with randomization, states",
                 f"{100 * share['usual']:.0f} %", f"{100 * BAR:g} %", "holds" if holds else "DOES NOT HOLD"]]),
         f"\"{TASK}\" in a scene of the sentence \"{SENTENCE}\", seed {SCENE_SEED}, by the Panda.",
-        table(["randomization in training", "episodes", "success, randomized starts", "failures", "first start of its training"], rows),
+        table(["randomization in training", "episodes", "different", "success, randomized starts", "failures",
+               "first start of its training"], rows),
         f"The {len(starts_made(starts))} starts are of {starts_made(starts)[-1]['number'] + 1} attempts of the recorder, of which "
         f"{sum(one['success'] for one in starts_made(starts))} succeeded.",
+        "Without randomization nothing varies, not even the motion where a direct path is free: all episodes may be one.",
         NOTES,
         "## Training",
         table(["randomization", "frames", "parameters", "loss", "loss, held out", "held out, mrad", "CPU s"], costs),

@@ -4,7 +4,7 @@
 
 DATASET has the format `parquet-png`; MJCF is that of its robot, without the scene. The policy gives, from what is
 observed at a frame (observation.py), what the servos are asked for in each of the next frames. WEIGHTS is written as
-numpy reads it. Prints one line of JSON: loss, frames, CPU seconds.
+numpy reads it. Prints one line of JSON: loss, frames, CPU seconds, and how many episodes differ in their actions.
 """
 
 import argparse
@@ -61,7 +61,7 @@ def main() -> None:
     print(json.dumps({
         "episodes": len(kept), "held_out": len(episodes) - len(kept), "frames": sum(len(one["q"]) for one in kept),
         "parameters": sum(array.size for array in arrays.values()), "epochs": given.epochs,
-        "longest_frames": max(len(one["q"]) for one in episodes), **losses, "cpu_s": time.process_time() - started_s,
+        "different": len({one["targets"].tobytes() for one in episodes}), **losses, "cpu_s": time.process_time() - started_s,
     }))
 
 
