@@ -15,6 +15,7 @@ pub mod variants;
 pub mod tasks;
 pub mod execute;
 pub mod episodes;
+pub mod regenerate_episode;
 pub mod judge;
 pub mod diff;
 pub mod batch;
@@ -63,6 +64,8 @@ enum Command {
     Execute(execute::Arguments),
     /// Record many demonstrations of tasks as a dataset that policies are trained on.
     Episodes(Box<episodes::Arguments>),
+    /// Make an episode of a dataset again from its record, and compare it.
+    RegenerateEpisode(regenerate_episode::Arguments),
     /// Decide whether a task is done in poses that another simulator reports.
     Judge(judge::Arguments),
     /// Show what differs between the scenes of two bundles.
@@ -100,6 +103,7 @@ pub fn main() -> ExitCode {
         Command::Tasks(arguments) => tasks::run(arguments),
         Command::Execute(arguments) => execute::run(arguments),
         Command::Episodes(arguments) => episodes::run(*arguments),
+        Command::RegenerateEpisode(arguments) => regenerate_episode::run(arguments),
         Command::Judge(arguments) => judge::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
         Command::Batch(arguments) => batch::run(arguments),

@@ -2,6 +2,7 @@
 
 pub mod order;
 pub mod recorder;
+pub mod regenerate;
 mod unit_folder;
 
 use std::collections::BTreeSet;
@@ -28,18 +29,12 @@ pub use order::{Cameras, EpisodesOrder};
 /// the robot cannot do.
 pub fn setup(archive: &[u8], order: &EpisodesOrder, resolved: &Resolved) -> Result<Setup, Problem> {
     order.check()?;
-    let bundle = of_archive(archive)
-        .map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))?;
+    let bundle = bundle_of(archive)?;
     let robot = Robot::built_in(&order.robot, None)
         .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
-    let scene = task_scene(&bundle)?;
-    let works = works(&bundle, &scene, &robot, order, resolved)?;
-    let names: Vec<&str> =
-        std::iter::once("table").chain(scene.objects.iter().map(|object| object.name.as_str())).collect();
-    let meshes = scene_meshes(archive, &names)?;
-    let cameras = cameras(order, &works[0], &scene);
-    let supporters = bundle.stored.composition.supports.supporters().to_vec();
-    let digest = Digest::of(archive).to_string();
+    let parts = parts_of(archive, &bundle)?;
+    let works = works(&bundle, &parts.scene, &robot, order, resolved)?;
+    let cameras = cameras(order, &works[0], &parts.scene);
     let wanted = Wanted {
         cameras,
         fps: order.fps,
@@ -48,9 +43,22 @@ pub fn setup(archive: &[u8], order: &EpisodesOrder, resolved: &Resolved) -> Resu
         randomization: order.randomization,
         seed: order.seed,
         formats: order.formats.clone(),
+        place: None,
     };
-    let parts = SceneParts { scene, supporters, meshes, digest };
     Setup::new(parts, robot, works, wanted, &resolved.config.execution).map_err(|error| refused(&error))
+}
+
+fn bundle_of(archive: &[u8]) -> Result<BundleScene, Problem> {
+    of_archive(archive).map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))
+}
+
+fn parts_of(archive: &[u8], bundle: &BundleScene) -> Result<SceneParts, Problem> {
+    let scene = task_scene(bundle)?;
+    let names: Vec<&str> =
+        std::iter::once("table").chain(scene.objects.iter().map(|object| object.name.as_str())).collect();
+    let meshes = scene_meshes(archive, &names)?;
+    let supporters = bundle.stored.composition.supports.supporters().to_vec();
+    Ok(SceneParts { scene, supporters, meshes, digest: Digest::of(archive).to_string() })
 }
 
 fn works(
@@ -94,6 +102,7 @@ fn cameras(
 
 fn refused(error: &SetupError) -> Problem {
     let (kind, code) = match error {
+        SetupError::Place { .. } => (ProblemType::InvalidRequest, "broken_record"),
         SetupError::NoTask => (ProblemType::InvalidRequest, "no_task"),
         SetupError::Camera { .. } => (ProblemType::InvalidRequest, "camera"),
         SetupError::NotFeasible { .. } => (ProblemType::InvalidRequest, "not_feasible"),

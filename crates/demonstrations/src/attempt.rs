@@ -41,8 +41,7 @@ pub enum Attempted {
 /// [`EpisodeError`] if a frame does not fit the description, which is a fault of the program.
 pub fn attempt(setup: &Setup, number: u64, keeps_failures: bool) -> Result<Attempted, EpisodeError> {
     let seed = child_seed(setup.seed, &format!("episode {number}"));
-    let task_index = setup.task_of(number);
-    let work = &setup.works[task_index];
+    let work = setup.work_of(number);
     let failed = |reason: &str, detail: String| {
         Ok(Attempted::Failed { reason: reason.to_owned(), detail, unit: None })
     };
@@ -166,7 +165,7 @@ fn recorded(
         scene: setup.scene_digest.clone(),
         task: work.task.clone(),
         task_index,
-        tasks: setup.works.len(),
+        tasks: description.tasks().to_vec(),
         dataset_seed: setup.seed,
         number,
         fps: description.fps(),

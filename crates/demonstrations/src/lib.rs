@@ -32,4 +32,4 @@ pub use camera::{CameraSpec, Mount};
 pub use randomization::Randomization;
 pub use record::EpisodeRecord;
 pub use sample::Sample;
-pub use setup::{Setup, SetupError, Work};
+pub use setup::{Setup, SetupError, TaskPlace, Work};

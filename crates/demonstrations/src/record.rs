@@ -11,7 +11,7 @@ use crate::randomization::Randomization;
 use crate::sample::Sample;
 
 /// The version of the form.
-pub const FORMAT: &str = "tabletopgen-episode/1";
+pub const FORMAT: &str = "tabletopgen-episode/2";
 
 /// The record of an episode.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -22,9 +22,9 @@ pub struct EpisodeRecord {
     /// Digest of the scene's bundle.
     pub scene: String,
     pub task: Task,
-    /// The place of the task in the dataset's list, and how many tasks that has.
+    /// The place of the task among the instructions of the dataset.
     pub task_index: usize,
-    pub tasks: usize,
+    pub tasks: Vec<String>,
     /// The seed of the dataset, and the number of the attempt: with scene, task, cameras, rate and ranges these give
     /// the same bytes again.
     pub dataset_seed: u64,

@@ -42,6 +42,8 @@ pub struct Setup {
     pub(crate) link_meshes: Vec<TexturedMesh>,
     pub(crate) robot: Robot,
     pub(crate) works: Vec<Work>,
+    /// Where the only work stands among the tasks of the dataset, if that has more.
+    place: Option<TaskPlace>,
     pub(crate) cameras: Vec<CameraSpec>,
     pub(crate) randomization: Randomization,
     pub(crate) settings: ExecutionSettings,
@@ -75,6 +77,15 @@ pub struct Wanted {
     /// Everything is drawn from it.
     pub seed: u64,
     pub formats: Vec<Format>,
+    /// For making an episode of a dataset again: its task is the only work then.
+    pub place: Option<TaskPlace>,
+}
+
+/// The place of a task in the list of a dataset.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TaskPlace {
+    pub index: usize,
+    pub instructions: Vec<String>,
 }
 
 /// Why there can be no demonstrations.
@@ -82,6 +93,8 @@ pub struct Wanted {
 pub enum SetupError {
     #[error("no task was given")]
     NoTask,
+    #[error("the task \"{instruction}\" is not the one of number {index} among those of the dataset")]
+    Place { instruction: String, index: usize },
     #[error("the scene has {objects} objects, but {what} for {given}")]
     Parts { objects: usize, what: &'static str, given: usize },
     #[error("camera {camera}: {fault}")]
@@ -185,7 +198,7 @@ impl Setup {
             state_layout(&robot)?,
             action_layout(&robot)?,
             cameras.collect(),
-            works.iter().map(|work| work.task.instruction.clone()).collect(),
+            instructions(&works, wanted.place.as_ref())?,
         )?;
         let settings = ExecutionSettings { record_hz: f64::from(wanted.fps), ..settings.clone() };
         Ok(Self {
@@ -197,6 +210,7 @@ impl Setup {
             shapes,
             robot,
             works,
+            place: wanted.place,
             cameras: wanted.cameras,
             randomization: wanted.randomization,
             settings,
@@ -214,9 +228,13 @@ impl Setup {
         &self.formats
     }
 
-    /// The task of an attempt: they take turns.
+    /// The task of an attempt, by its place in the description: they take turns.
     pub fn task_of(&self, number: u64) -> usize {
-        (number % self.works.len() as u64) as usize
+        (number % self.description.tasks().len() as u64) as usize
+    }
+
+    pub(crate) fn work_of(&self, number: u64) -> &Work {
+        &self.works[if self.place.is_some() { 0 } else { self.task_of(number) }]
     }
 
     /// A digest of everything that attempts depend on.
@@ -249,6 +267,17 @@ impl Setup {
             .chain(objects)
             .chain(["robot".to_owned()])
             .collect()
+    }
+}
+
+/// The instructions of the dataset.
+fn instructions(works: &[Work], place: Option<&TaskPlace>) -> Result<Vec<String>, SetupError> {
+    let own = |work: &Work| work.task.instruction.clone();
+    let Some(place) = place else { return Ok(works.iter().map(own).collect()) };
+    let known = place.instructions.get(place.index);
+    match works {
+        [work] if known == Some(&work.task.instruction) => Ok(place.instructions.clone()),
+        _ => Err(SetupError::Place { instruction: own(&works[0]), index: place.index }),
     }
 }
 

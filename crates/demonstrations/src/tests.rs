@@ -74,6 +74,7 @@ fn wanted(cameras: Vec<CameraSpec>, randomization: Randomization) -> Wanted {
         randomization,
         seed: 5,
         formats: vec![Format::ParquetAndPng { depth: DepthStorage::ParquetMeters }],
+        place: None,
     }
 }
 

@@ -117,6 +117,8 @@ impl DatasetAssembler {
             "success": unit.outcome().is_success(),
             "outcome": unit.outcome().label(),
             "frames": place.frames,
+            "formats": self.writers.iter().map(|(format, _)| format.folder()).collect::<Vec<_>>(),
+            "digest": unit.digest(),
             "record": header.record,
         }))?;
         let summary = &mut self.summary;

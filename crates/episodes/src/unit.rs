@@ -59,6 +59,13 @@ impl EpisodeUnit {
         unit_bytes::write(self)
     }
 
+    /// The digest at the end of [`EpisodeUnit::to_bytes`], in hexadecimal digits: of all that is in the unit.
+    pub fn digest(&self) -> String {
+        let bytes = self.to_bytes();
+        let digest = &bytes[bytes.len() - unit_bytes::DIGEST_BYTES..];
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
     /// The unit from its bytes.
     ///
     /// # Errors

@@ -22,7 +22,7 @@ use crate::statistics::histogram::ImageHistogram;
 use crate::unit::EpisodeUnit;
 
 const MAGIC: &[u8; 8] = b"EPISODE1";
-const DIGEST_BYTES: usize = 32;
+pub(crate) const DIGEST_BYTES: usize = 32;
 
 #[derive(Serialize, Deserialize)]
 struct Facts {

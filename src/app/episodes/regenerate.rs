@@ -1,0 +1,106 @@
+//! An episode of a dataset made again from its record, and whether it is the same to the byte.
+
+use serde::Deserialize;
+use serde_json::json;
+
+use super::order::format_named;
+use super::{bundle_of, parts_of, refused};
+use crate::api::error::{Problem, ProblemType};
+use crate::config::Resolved;
+use demonstrations::setup::{Wanted, prepare};
+use demonstrations::{Attempted, EpisodeRecord, Setup, TaskPlace, attempt, record};
+use episodes::{EpisodeError, EpisodeUnit};
+use robot::model::Robot;
+
+/// A line of `records.jsonl`, as far as it is needed.
+#[derive(Clone, Debug, Deserialize)]
+pub struct RecordedEpisode {
+    pub episode_index: u64,
+    pub number: u64,
+    pub success: bool,
+    /// Those of the dataset: what is encoded depends on them.
+    pub formats: Vec<String>,
+    /// Of the unit that the episode was assembled from.
+    pub digest: String,
+    pub record: EpisodeRecord,
+}
+
+/// An episode that was made again.
+pub struct Regenerated {
+    pub unit: EpisodeUnit,
+    /// Whether it has the digest that was recorded.
+    pub is_same: bool,
+}
+
+/// Finds the episode of an index in the text of a `records.jsonl`.
+///
+/// # Errors
+///
+/// For people: no such episode, or a line of another version.
+pub fn recorded_episode(records: &str, episode_index: u64) -> Result<RecordedEpisode, String> {
+    let line = records.lines().nth(usize::try_from(episode_index).unwrap_or(usize::MAX));
+    let line = line.ok_or_else(|| format!("has {} episodes, numbered from 0", records.lines().count()))?;
+    let format = serde_json::from_str::<serde_json::Value>(line)
+        .map_err(|error| format!("is damaged at episode {episode_index}: {error}"))?;
+    if format["record"]["format"] != json!(record::FORMAT) {
+        let found = &format["record"]["format"];
+        return Err(format!("has records of the form {found}; this program repeats {}", record::FORMAT));
+    }
+    serde_json::from_str(line).map_err(|error| format!("is damaged at episode {episode_index}: {error}"))
+}
+
+/// The setup in which an episode was recorded, with its task alone.
+///
+/// # Errors
+///
+/// A [`Problem`] for a bundle that is not the one of the record, and those of [`super::setup`].
+pub fn setup_of(archive: &[u8], episode: &RecordedEpisode, resolved: &Resolved) -> Result<Setup, Problem> {
+    let record = &episode.record;
+    let parts = parts_of(archive, &bundle_of(archive)?)?;
+    if parts.digest != record.scene {
+        let detail = format!(
+            "the episode was recorded in the bundle with the digest {}, this one has {}",
+            record.scene, parts.digest
+        );
+        return Err(Problem::new(ProblemType::Conflict, "another_scene", detail));
+    }
+    let robot = Robot::built_in(&record.task.robot, None)
+        .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
+    let formats = episode.formats.iter().map(|name| format_named(name)).collect::<Result<_, _>>();
+    let formats =
+        formats.map_err(|detail| Problem::new(ProblemType::InvalidRequest, "broken_record", detail))?;
+    let config = &resolved.config;
+    let task = record.task.clone();
+    let work = prepare(&parts.scene, &robot, task, &config.grasps, &config.execution, record.dataset_seed)
+        .map_err(|error| refused(&error))?;
+    let wanted = Wanted {
+        cameras: record.cameras.clone(),
+        fps: record.fps,
+        depth: record.depth,
+        instance_ids: record.instance_ids,
+        randomization: record.randomization,
+        seed: record.dataset_seed,
+        formats,
+        place: Some(TaskPlace { index: record.task_index, instructions: record.tasks.clone() }),
+    };
+    Setup::new(parts, robot, vec![work], wanted, &config.execution).map_err(|error| refused(&error))
+}
+
+/// Makes the episode again.
+///
+/// # Errors
+///
+/// As [`attempt`]; the inner error says that there was no motion this time.
+pub fn regenerate(
+    setup: &Setup,
+    episode: &RecordedEpisode,
+) -> Result<Result<Regenerated, String>, EpisodeError> {
+    let unit = match attempt(setup, episode.number, !episode.success)? {
+        Attempted::Succeeded(unit) | Attempted::Failed { unit: Some(unit), .. } => unit,
+        Attempted::Failed { reason, detail, unit: None } => {
+            return Ok(Err(format!("this time the attempt ended with {reason}: {detail}")));
+        }
+    };
+    let is_same = unit.digest() == episode.digest;
+    Ok(Ok(Regenerated { unit: *unit, is_same }))
+}

@@ -1,0 +1,113 @@
+//! `regenerate-episode`: an episode of a dataset made again from its record.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::json;
+
+use super::bundle_input::BundleInput;
+use super::generate::refused;
+use super::options::ConfigOptions;
+use super::{Exit, Failure, scene_summary, terminal};
+use crate::app::episodes::regenerate::{RecordedEpisode, recorded_episode, regenerate, setup_of};
+use demonstrations::Setup;
+use episodes::card::DatasetCard;
+use episodes::{DatasetAssembler, EpisodeError, EpisodeUnit};
+
+/// Arguments of `regenerate-episode`.
+#[derive(Debug, Args)]
+#[command(after_help = "The exit code is 6 if the episode is not the same to the byte, as with another version of the \
+                        program.")]
+pub struct Arguments {
+    /// The dataset: a folder with records.jsonl, or one that has it in its folders
+    #[arg(long, value_name = "DIR")]
+    dataset: PathBuf,
+    /// Its number in the dataset, from 0
+    #[arg(long, value_name = "INDEX")]
+    episode: u64,
+    /// The bundle in which it was recorded: its folder, or its archive
+    #[arg(long, visible_alias = "scene", value_name = "DIR_OR_ZIP")]
+    bundle: PathBuf,
+    /// Folder for a dataset of this episode alone, which must not exist
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    options: ConfigOptions,
+}
+
+/// Makes the episode again and compares it with the digest in its record.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let is_json = arguments.json;
+    scene_summary::with_failure_document(again(&arguments), is_json)
+}
+
+fn again(arguments: &Arguments) -> Result<Exit, Failure> {
+    let resolved = arguments.options.load(Vec::new())?;
+    let records = records_of(&arguments.dataset)?;
+    let text = std::fs::read_to_string(&records)
+        .map_err(|error| Failure::usage(format!("cannot read {}: {error}", records.display())))?;
+    let episode = recorded_episode(&text, arguments.episode)
+        .map_err(|what| Failure::usage(format!("{} {what}", records.display())))?;
+    let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
+    let setup = setup_of(&archive, &episode, &resolved).map_err(|problem| refused(problem, "--dataset"))?;
+    let made = regenerate(&setup, &episode).map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
+    let made = made.map_err(|what| Failure::new(Exit::TaskFailed, what))?;
+    if let Some(out) = &arguments.out {
+        write(&setup, out, &made.unit).map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
+    }
+    let (digest, frames) = (made.unit.digest(), made.unit.frames());
+    if arguments.json {
+        let document = json!({
+            "episode": episode.episode_index,
+            "number": episode.number,
+            "frames": frames,
+            "recorded_digest": episode.digest,
+            "digest": digest,
+            "same": made.is_same,
+        });
+        terminal::print(&format!("{document:#}\n"));
+    } else {
+        terminal::print(&summary(&episode, frames, made.is_same));
+    }
+    Ok(if made.is_same { Exit::Success } else { Exit::TaskFailed })
+}
+
+fn summary(episode: &RecordedEpisode, frames: usize, is_same: bool) -> String {
+    let verdict = match is_same {
+        true => "the same as recorded, to the byte".to_owned(),
+        false => format!(
+            "not the same as recorded; it was recorded by version {}, this is {}",
+            episode.record.version,
+            env!("CARGO_PKG_VERSION")
+        ),
+    };
+    format!("episode {}, {frames} frames: {verdict}\n", episode.episode_index)
+}
+
+fn write(setup: &Setup, out: &Path, unit: &EpisodeUnit) -> Result<(), EpisodeError> {
+    let card = DatasetCard {
+        title: out.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        versions: vec![("tabletopgen".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
+        ..DatasetCard::default()
+    };
+    let mut dataset = DatasetAssembler::create(out, setup.description().clone(), setup.formats(), card)?;
+    dataset.add(unit)?;
+    dataset.finish()?;
+    Ok(())
+}
+
+/// The records of a dataset, which each of its formats has.
+fn records_of(dataset: &Path) -> Result<PathBuf, Failure> {
+    const NAME: &str = "records.jsonl";
+    let inside = std::fs::read_dir(dataset)
+        .map_err(|error| Failure::usage(format!("cannot read {}: {error}", dataset.display())))?;
+    let mut formats: Vec<PathBuf> = inside.flatten().map(|entry| entry.path().join(NAME)).collect();
+    formats.sort();
+    let places = std::iter::once(dataset.join(NAME)).chain(formats);
+    places.into_iter().find(|path| path.is_file()).ok_or_else(|| {
+        Failure::usage(format!("{} is no dataset: neither it nor a folder in it has {NAME}", dataset.display()))
+    })
+}
