@@ -9,6 +9,8 @@ pub const END_BYTES: u64 = 2 * BLOCK as u64;
 
 /// Largest size that eleven octal digits hold.
 const MAX_SIZE: u64 = (1 << 33) - 1;
+/// Begins a size that is a binary number.
+const BINARY: u8 = 0x80;
 
 /// Bytes that a member of this size takes up, its header included.
 pub fn member_bytes(size: u64) -> u64 {
@@ -19,7 +21,7 @@ pub fn member_bytes(size: u64) -> u64 {
 ///
 /// # Errors
 ///
-/// If the name is longer than 100 bytes, the content larger than 8 GiB, or the writer fails.
+/// If the name is longer than 100 bytes, or the writer fails.
 pub fn write_member(archive: &mut impl Write, name: &str, bytes: &[u8]) -> io::Result<()> {
     archive.write_all(&header(name, bytes.len() as u64)?)?;
     archive.write_all(bytes)?;
@@ -36,14 +38,15 @@ pub fn write_end(archive: &mut impl Write) -> io::Result<()> {
     archive.write_all(&[0; 2 * BLOCK])
 }
 
-/// The header of a member, which precedes its content.
+/// The header of a member, which precedes its content. A size from 8 GiB is written in binary, as GNU tar, BSD tar and
+/// Python have it.
 ///
 /// # Errors
 ///
-/// If the name is longer than 100 bytes, or the content larger than 8 GiB.
+/// If the name is longer than 100 bytes.
 pub fn header(name: &str, size: u64) -> io::Result<[u8; BLOCK]> {
-    if name.is_empty() || name.len() > 100 || !name.is_ascii() || size > MAX_SIZE {
-        return Err(io::Error::other(format!("{name:?} with {size} bytes does not fit into a tar header")));
+    if name.is_empty() || name.len() > 100 || !name.is_ascii() {
+        return Err(io::Error::other(format!("{name:?} does not fit into a tar header")));
     }
     let mut header = [0; BLOCK];
     let mut put = |at: usize, text: &[u8]| header[at..at + text.len()].copy_from_slice(text);
@@ -51,7 +54,12 @@ pub fn header(name: &str, size: u64) -> io::Result<[u8; BLOCK]> {
     put(100, b"0000644\0");
     put(108, b"0000000\0");
     put(116, b"0000000\0");
-    put(124, format!("{size:011o}\0").as_bytes());
+    if size > MAX_SIZE {
+        put(124, &[BINARY]);
+        put(128, &size.to_be_bytes());
+    } else {
+        put(124, format!("{size:011o}\0").as_bytes());
+    }
     put(136, b"00000000000\0");
     put(148, b"        ");
     put(156, b"0");
@@ -109,7 +117,10 @@ impl<R: Read> TarReader<R> {
             String::from_utf8_lossy(&field[..end]).into_owned()
         };
         let name = text(0..100);
-        let size = u64::from_str_radix(&text(124..136), 8).map_err(io::Error::other)?;
+        let size = match block[124] {
+            BINARY => block[128..136].iter().fold(0, |size, byte| size << 8 | u64::from(*byte)),
+            _ => u64::from_str_radix(&text(124..136), 8).map_err(io::Error::other)?,
+        };
         if header(&name, size)? != block {
             return Err(io::Error::other(format!("the header of {name:?} is not in the dataset's form")));
         }
@@ -181,6 +192,17 @@ mod tests {
         archive[265] = b'x';
         assert!(TarReader::new(archive.as_slice()).next_member().is_err());
         assert!(TarReader::new(&[0_u8; 512][..]).next_member().is_err());
+    }
+
+    #[test]
+    fn sizes_have_no_limit() {
+        for size in [0, MAX_SIZE, MAX_SIZE + 1, 1 << 40] {
+            let mut archive: &[u8] = &header("dataset.hdf5", size).expect("fits");
+            let member = TarReader::new(&mut archive).next_member().expect("a header").expect("a member");
+            assert_eq!(member.size, size);
+        }
+        let large = header("a", 1 << 33).expect("fits");
+        assert_eq!(large[124..136], [0x80, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0]);
     }
 
     #[test]
