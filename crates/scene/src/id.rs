@@ -83,6 +83,11 @@ id!(
     DatasetId,
     "dataset"
 );
+id!(
+    /// Id of a recording, demonstrations in a scene that become a dataset.
+    RecordingId,
+    "recording"
+);
 
 fn is_valid(text: &str) -> bool {
     let allowed = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-';

@@ -29,6 +29,7 @@ pub mod scenes;
 pub mod lineage;
 pub mod batches;
 pub mod datasets;
+pub mod recordings;
 pub mod queue;
 pub mod stage_claims;
 pub mod jobs;
@@ -54,7 +55,7 @@ use sqlx::AnyPool;
 use tokio::sync::watch;
 
 pub use blobs::Blobs;
-pub use digest::Digest;
+pub use digest::{Digest, DigestBuilder};
 pub use error::StoreError;
 pub use outage::Outage;
 pub use queue::Lease;

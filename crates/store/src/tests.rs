@@ -9,6 +9,7 @@ mod lists;
 mod lineage;
 mod batches;
 mod datasets;
+mod recordings;
 mod claims;
 mod turns;
 mod deaths;
@@ -112,6 +113,12 @@ conformance! {
     datasets::a_dead_freezer_is_replaced_and_fenced,
     datasets::a_version_is_verified_on_request,
     datasets::files_and_keys_belong_to_their_dataset_and_tenant,
+    recordings::attempts_are_given_out_once_and_the_rest_goes_on_after_a_death,
+    recordings::attempts_at_once_are_numbered_without_gaps,
+    recordings::another_identity_begins_anew_and_too_often_fails,
+    recordings::a_cancelled_recording_takes_nothing_more,
+    recordings::a_dataset_is_assembled_by_one_process_and_outlives_sweeps,
+    recordings::keys_and_lists_belong_to_their_tenant,
     claims::jobs_are_claimed_oldest_first_and_once_each,
     claims::a_claim_may_be_restricted_to_one_job,
     claims::an_expired_lease_is_claimed_again_with_the_next_epoch,

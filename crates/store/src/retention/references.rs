@@ -22,7 +22,9 @@ pub enum ReferenceKind {
     Bundle,
     /// The answer of a remote model to a job that may still need it.
     Answer,
-    /// A file of a dataset; nothing can make it again.
+    /// An attempt of a recording that is not ended; made again if it is missing.
+    Episode,
+    /// A file of a dataset, or of a recording; nothing can make it again.
     Dataset,
     /// The image of a request; nothing can make it again.
     Input,
@@ -32,7 +34,8 @@ pub enum ReferenceKind {
 pub(super) async fn estimate(pool: &AnyPool) -> Result<u64, StoreError> {
     let count: i64 = sqlx::query_scalar(
         "SELECT CAST((SELECT COUNT(*) FROM artifacts) + 4 * (SELECT COUNT(*) FROM checkpoints)
-                   + (SELECT COUNT(*) FROM bundle_archives) + (SELECT COUNT(*) FROM dataset_files) AS BIGINT)",
+                   + (SELECT COUNT(*) FROM bundle_archives) + (SELECT COUNT(*) FROM dataset_files)
+                   + (SELECT COUNT(*) FROM recording_attempts) + 4 * (SELECT COUNT(*) FROM recording_archives) AS BIGINT)",
     )
     .fetch_one(pool)
     .await?;
@@ -95,6 +98,7 @@ pub(crate) async fn for_each_reference(
             }
         }
     }
+    recordings(pool, &mut visit).await?;
     let mut call: i64 = 0;
     loop {
         let rows = sqlx::query(
@@ -130,6 +134,59 @@ pub(crate) async fn for_each_reference(
         for row in &rows {
             digests_in(&row.try_get::<String, _>("request")?)
                 .for_each(|digest| visit(ReferenceKind::Input, digest));
+        }
+    }
+    Ok(())
+}
+
+/// References of recordings: the bundle of one that is not ended, its episodes, and the parts of its dataset.
+async fn recordings(
+    pool: &AnyPool,
+    visit: &mut (impl FnMut(ReferenceKind, Digest) + Send),
+) -> Result<(), StoreError> {
+    let bundles: Vec<String> =
+        sqlx::query_scalar("SELECT bundle FROM recordings WHERE state IN ('queued', 'running')")
+            .fetch_all(pool)
+            .await?;
+    for bundle in bundles {
+        visit(ReferenceKind::Bundle, Digest::parse(&bundle)?);
+    }
+    let (mut recording, mut number) = (String::new(), -1);
+    loop {
+        let rows = sqlx::query(
+            "SELECT recording_id, number, unit FROM recording_attempts
+             WHERE unit IS NOT NULL AND (recording_id > $1 OR (recording_id = $2 AND number > $3))
+             ORDER BY recording_id, number LIMIT $4",
+        )
+        .bind(&recording)
+        .bind(&recording)
+        .bind(number)
+        .bind(PAGE_ROWS)
+        .fetch_all(pool)
+        .await?;
+        let Some(last) = rows.last() else { break };
+        (recording, number) = (last.try_get("recording_id")?, last.try_get::<i64, _>("number")?);
+        for row in &rows {
+            visit(ReferenceKind::Episode, Digest::parse(&row.try_get::<String, _>("unit")?)?);
+        }
+    }
+    let (mut recording, mut format) = (String::new(), String::new());
+    loop {
+        let rows = sqlx::query(
+            "SELECT recording_id, format, parts FROM recording_archives
+             WHERE recording_id > $1 OR (recording_id = $2 AND format > $3) ORDER BY recording_id, format LIMIT $4",
+        )
+        .bind(&recording)
+        .bind(&recording)
+        .bind(&format)
+        .bind(PAGE_ROWS)
+        .fetch_all(pool)
+        .await?;
+        let Some(last) = rows.last() else { break };
+        (recording, format) = (last.try_get("recording_id")?, last.try_get("format")?);
+        for row in &rows {
+            digests_in(&row.try_get::<String, _>("parts")?)
+                .for_each(|digest| visit(ReferenceKind::Dataset, digest));
         }
     }
     Ok(())

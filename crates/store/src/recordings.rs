@@ -1,0 +1,179 @@
+//! Recordings: demonstrations of tasks in a finished scene, recorded in the background as a dataset.
+//!
+//! A row is one order with its request, which the store does not interpret. Its attempts are numbered; processes take
+//! them one by one with a lease ([`claim`]) and keep what came of them ([`attempts`]), so that any number of processes
+//! work on one recording and none loses more than the attempts that it was making. When enough have succeeded and
+//! none is being made, one process assembles the dataset ([`dataset`]); the attempts are dropped then.
+
+mod attempts;
+mod claim;
+mod dataset;
+mod files;
+mod requests;
+
+use serde_json::Value;
+use sqlx::Row;
+use sqlx::any::AnyRow;
+
+use super::{Digest, Store, StoreError, database};
+use scene::{RecordingId, SceneId, TenantId};
+
+pub use attempts::{AttemptPace, Begun, KeptAttempt, MadeAttempt};
+pub use claim::{AssemblyLease, AttemptLease, RecordingClaim, RecordingWork};
+pub use dataset::{ArchivePart, RecordingArchive};
+pub use files::RecordingFile;
+pub use requests::{CancelRecordingOutcome, NewRecording, SubmitRecordingOutcome};
+
+/// State of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordingState {
+    /// Waits for a process.
+    Queued,
+    Running,
+    /// The dataset is there, and never changes.
+    Finished,
+    /// There is no dataset.
+    Failed,
+    Cancelled,
+}
+
+impl RecordingState {
+    pub const ALL: [Self; 5] = [Self::Queued, Self::Running, Self::Finished, Self::Failed, Self::Cancelled];
+
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Queued => "queued",
+            Self::Running => "running",
+            Self::Finished => "finished",
+            Self::Failed => "failed",
+            Self::Cancelled => "cancelled",
+        }
+    }
+
+    /// Inverse of [`Self::as_str`].
+    pub fn parse(text: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.as_str() == text)
+    }
+
+    pub fn is_final(self) -> bool {
+        !matches!(self, Self::Queued | Self::Running)
+    }
+}
+
+/// A recording's row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordingRow {
+    pub id: RecordingId,
+    pub tenant_id: TenantId,
+    pub scene_id: SceneId,
+    pub state: RecordingState,
+    /// What was asked for, as JSON.
+    pub request: Value,
+    /// The blob of the scene's archive.
+    pub bundle: Digest,
+    /// Attempts that are to succeed.
+    pub wanted: u64,
+    pub max_attempts: u64,
+    /// Of everything that attempts depend on, once a process knows it.
+    pub identity: Option<String>,
+    /// Attempts that have an outcome.
+    pub made: u64,
+    pub successes: u64,
+    /// What came of it, as JSON, once it is ended.
+    pub summary: Option<Value>,
+    pub failure_code: Option<String>,
+    pub failure_message: Option<String>,
+    /// Milliseconds since 1970.
+    pub created_at_ms: i64,
+    pub started_at_ms: Option<i64>,
+    pub finished_at_ms: Option<i64>,
+}
+
+/// Filter of a list of recordings.
+#[derive(Clone, Debug, Default)]
+pub struct RecordingFilter {
+    pub scene_id: Option<SceneId>,
+    pub state: Option<RecordingState>,
+    /// Only recordings older than this id, the last id of the previous page.
+    pub before_id: Option<RecordingId>,
+    pub limit: u32,
+}
+
+impl Store {
+    /// A recording of the tenant.
+    pub async fn recording(
+        &self,
+        tenant_id: &TenantId,
+        id: &RecordingId,
+    ) -> Result<Option<RecordingRow>, StoreError> {
+        let row = sqlx::query("SELECT * FROM recordings WHERE id = $1 AND tenant_id = $2")
+            .bind(id.as_str())
+            .bind(tenant_id.as_str())
+            .fetch_optional(&self.readers)
+            .await?;
+        row.as_ref().map(recording_of).transpose()
+    }
+
+    /// Recordings of the tenant, newest first.
+    pub async fn recordings(
+        &self,
+        tenant_id: &TenantId,
+        filter: RecordingFilter,
+    ) -> Result<Vec<RecordingRow>, StoreError> {
+        let rows = sqlx::query(
+            "SELECT * FROM recordings
+             WHERE tenant_id = $1 AND ($2 IS NULL OR scene_id = $2) AND ($3 IS NULL OR state = $3) AND ($4 IS NULL OR id < $4)
+             ORDER BY id DESC LIMIT $5",
+        )
+        .bind(tenant_id.as_str())
+        .bind(filter.scene_id.map(String::from))
+        .bind(filter.state.map(RecordingState::as_str))
+        .bind(filter.before_id.map(String::from))
+        .bind(i64::from(filter.limit))
+        .fetch_all(&self.readers)
+        .await?;
+        rows.iter().map(recording_of).collect()
+    }
+}
+
+fn corrupt(reason: String) -> StoreError {
+    StoreError::Corrupt { table: "recordings", reason }
+}
+
+fn count(row: &AnyRow, column: &str) -> Result<u64, StoreError> {
+    Ok(u64::try_from(row.try_get::<i64, _>(column)?).unwrap_or(0))
+}
+
+/// A count as the database has it.
+fn stored(count: u64) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
+}
+
+fn recording_of(row: &AnyRow) -> Result<RecordingRow, StoreError> {
+    let json = |column: &str| -> Result<Option<Value>, StoreError> {
+        let text: Option<String> = row.try_get(column)?;
+        text.map(|text| serde_json::from_str(&text))
+            .transpose()
+            .map_err(|error| corrupt(format!("{column}: {error}")))
+    };
+    let state: String = row.try_get("state")?;
+    Ok(RecordingRow {
+        id: database::id(row, "recordings", "id")?,
+        tenant_id: database::id(row, "recordings", "tenant_id")?,
+        scene_id: database::id(row, "recordings", "scene_id")?,
+        state: RecordingState::parse(&state).ok_or_else(|| corrupt(format!("state {state}")))?,
+        request: json("request")?.unwrap_or_default(),
+        bundle: Digest::parse(&row.try_get::<String, _>("bundle")?)?,
+        wanted: count(row, "wanted")?,
+        max_attempts: count(row, "max_attempts")?,
+        identity: row.try_get("identity")?,
+        made: count(row, "made")?,
+        successes: count(row, "successes")?,
+        summary: json("summary")?,
+        failure_code: row.try_get("failure_code")?,
+        failure_message: row.try_get("failure_message")?,
+        created_at_ms: row.try_get("created_at")?,
+        started_at_ms: row.try_get("started_at")?,
+        finished_at_ms: row.try_get("finished_at")?,
+    })
+}

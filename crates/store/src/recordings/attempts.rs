@@ -1,0 +1,320 @@
+//! What came of attempts. They are the checkpoints of a recording: each is kept as soon as it is made.
+
+use std::collections::BTreeMap;
+
+use serde_json::json;
+use sqlx::{AnyConnection, Row};
+
+use super::claim::{guard_assembly, guard_attempt};
+use super::{AssemblyLease, AttemptLease, count, stored};
+use crate::{Digest, Store, StoreError, database};
+use scene::RecordingId;
+
+/// The outcome of an attempt that succeeded.
+const SUCCESS: &str = "success";
+/// How often all attempts are dropped because a process with another identity takes over; more is a dispute.
+const MAX_RESTARTS: i64 = 3;
+/// Attempts that the pace is read from.
+const PACE_ATTEMPTS: i64 = 64;
+
+/// An attempt that was made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MadeAttempt {
+    /// `success`, or the reason of the failure.
+    pub outcome: String,
+    /// What happened, in words.
+    pub detail: String,
+    /// The blob of the episode, if there is one.
+    pub unit: Option<Digest>,
+}
+
+/// An attempt that was made, and its number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeptAttempt {
+    pub number: u64,
+    pub made: MadeAttempt,
+    /// How often processes claimed it.
+    pub tries: u64,
+}
+
+impl MadeAttempt {
+    pub fn is_success(&self) -> bool {
+        self.outcome == SUCCESS
+    }
+}
+
+/// Whether a process may make attempts of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Begun {
+    /// The attempts so far are of the same identity.
+    Agreed,
+    /// They were of another; they are dropped, also the one that is claimed.
+    Restarted,
+    /// They were of another too often: the recording failed.
+    Failed,
+}
+
+/// How fast attempts are made at present.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AttemptPace {
+    pub successes: u64,
+    /// They took this time together, milliseconds.
+    pub duration_ms: i64,
+}
+
+impl Store {
+    /// Agrees on what attempts of a recording depend on. Attempts of another version or machine could not be parts of
+    /// one dataset, so those that are there are dropped.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    pub async fn begin_recording(&self, lease: &AttemptLease, identity: &str) -> Result<Begun, StoreError> {
+        let (lease, identity) = (lease.clone(), identity.to_owned());
+        self.writer
+            .write("begin a recording", move |connection| {
+                Box::pin(async move { begin(connection, &lease, &identity).await })
+            })
+            .await
+    }
+
+    /// Keeps an attempt whose blob was put.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    pub async fn keep_attempt(&self, lease: &AttemptLease, made: MadeAttempt) -> Result<(), StoreError> {
+        let lease = lease.clone();
+        self.writer
+            .write("keep an attempt", move |connection| {
+                Box::pin(async move {
+                    guard_attempt(connection, &lease).await?;
+                    let now = database::now_ms(connection).await?;
+                    sqlx::query(
+                        "UPDATE recording_attempts SET outcome = $1, detail = $2, unit = $3, made_at = $4
+                         WHERE recording_id = $5 AND number = $6",
+                    )
+                    .bind(&made.outcome)
+                    .bind(&made.detail)
+                    .bind(made.unit.as_ref().map(Digest::to_string))
+                    .bind(now)
+                    .bind(lease.id.as_str())
+                    .bind(stored(lease.number))
+                    .execute(&mut *connection)
+                    .await?;
+                    sqlx::query(
+                        "UPDATE recordings SET made = made + 1, successes = successes + $1 WHERE id = $2",
+                    )
+                    .bind(i64::from(made.is_success()))
+                    .bind(lease.id.as_str())
+                    .execute(connection)
+                    .await?;
+                    Ok(())
+                })
+            })
+            .await?;
+        self.announce();
+        Ok(())
+    }
+
+    /// Ends a recording that cannot be made.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    pub async fn fail_recording(
+        &self,
+        lease: &AttemptLease,
+        code: &str,
+        message: &str,
+    ) -> Result<(), StoreError> {
+        let (lease, code, message) = (lease.clone(), code.to_owned(), message.to_owned());
+        self.writer
+            .write("fail a recording", move |connection| {
+                Box::pin(async move {
+                    guard_attempt(connection, &lease).await?;
+                    fail(connection, &lease.id, &code, &message).await
+                })
+            })
+            .await?;
+        self.announce();
+        Ok(())
+    }
+
+    /// The attempts of a recording that were made, by number. The caller checks the tenant.
+    pub async fn kept_attempts(&self, id: &RecordingId) -> Result<Vec<KeptAttempt>, StoreError> {
+        let rows = sqlx::query(
+            "SELECT number, outcome, detail, unit, tries FROM recording_attempts
+             WHERE recording_id = $1 AND outcome IS NOT NULL ORDER BY number",
+        )
+        .bind(id.as_str())
+        .fetch_all(&self.readers)
+        .await?;
+        let kept = rows.iter().map(|row| {
+            let unit: Option<String> = row.try_get("unit")?;
+            let made = MadeAttempt {
+                outcome: row.try_get("outcome")?,
+                detail: row.try_get::<Option<String>, _>("detail")?.unwrap_or_default(),
+                unit: unit.map(|digest| Digest::parse(&digest)).transpose()?,
+            };
+            Ok(KeptAttempt { number: count(row, "number")?, made, tries: count(row, "tries")? })
+        });
+        kept.collect()
+    }
+
+    /// How often attempts of a recording ended how so far. The caller checks the tenant.
+    pub async fn attempt_outcomes(&self, id: &RecordingId) -> Result<BTreeMap<String, u64>, StoreError> {
+        let rows = sqlx::query(OUTCOMES).bind(id.as_str()).fetch_all(&self.readers).await?;
+        rows.iter().map(|row| Ok((row.try_get("outcome")?, count(row, "attempts")?))).collect()
+    }
+
+    /// The pace of the attempts that were made last; `None` while there are too few to tell. The caller checks the
+    /// tenant.
+    pub async fn attempt_pace(&self, id: &RecordingId) -> Result<Option<AttemptPace>, StoreError> {
+        let rows = sqlx::query(
+            "SELECT outcome, made_at FROM recording_attempts
+             WHERE recording_id = $1 AND outcome IS NOT NULL ORDER BY number DESC LIMIT $2",
+        )
+        .bind(id.as_str())
+        .bind(PACE_ATTEMPTS)
+        .fetch_all(&self.readers)
+        .await?;
+        let mut made = Vec::with_capacity(rows.len());
+        for row in &rows {
+            let made_at: i64 = row.try_get("made_at")?;
+            made.push((made_at, row.try_get::<String, _>("outcome")? == SUCCESS));
+        }
+        made.sort_unstable();
+        let (Some((first_ms, _)), Some((last_ms, _))) = (made.first(), made.last()) else { return Ok(None) };
+        // The first one took its time before it was made.
+        let successes = made.iter().skip(1).filter(|(_, succeeded)| *succeeded).count() as u64;
+        let duration_ms = last_ms - first_ms;
+        Ok((successes > 0 && duration_ms > 0).then_some(AttemptPace { successes, duration_ms }))
+    }
+
+    /// Makes an attempt be made again whose blob is lost; assembling is given back.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    pub async fn forget_attempt(&self, lease: &AssemblyLease, number: u64) -> Result<(), StoreError> {
+        let lease = lease.clone();
+        self.writer
+            .write("forget an attempt", move |connection| {
+                Box::pin(async move {
+                    guard_assembly(connection, &lease).await?;
+                    let outcome: Option<String> = sqlx::query_scalar(
+                        "SELECT outcome FROM recording_attempts
+                         WHERE recording_id = $1 AND number = $2 AND outcome IS NOT NULL",
+                    )
+                    .bind(lease.id.as_str())
+                    .bind(stored(number))
+                    .fetch_optional(&mut *connection)
+                    .await?;
+                    let Some(outcome) = outcome else { return Ok(()) };
+                    sqlx::query(
+                        "UPDATE recording_attempts
+                         SET outcome = NULL, detail = NULL, unit = NULL, made_at = NULL, lease_until = 0, tries = 0
+                         WHERE recording_id = $1 AND number = $2",
+                    )
+                    .bind(lease.id.as_str())
+                    .bind(stored(number))
+                    .execute(&mut *connection)
+                    .await?;
+                    sqlx::query(
+                        "UPDATE recordings SET made = made - 1, successes = successes - $1, owner = NULL, token = NULL,
+                                               lease_until = 0, tries = 0
+                         WHERE id = $2",
+                    )
+                    .bind(i64::from(outcome == SUCCESS))
+                    .bind(lease.id.as_str())
+                    .execute(connection)
+                    .await?;
+                    Ok(())
+                })
+            })
+            .await?;
+        self.announce();
+        Ok(())
+    }
+}
+
+const OUTCOMES: &str = "SELECT outcome, COUNT(*) AS attempts FROM recording_attempts
+                        WHERE recording_id = $1 AND outcome IS NOT NULL GROUP BY outcome";
+
+async fn begin(
+    connection: &mut AnyConnection,
+    lease: &AttemptLease,
+    identity: &str,
+) -> Result<Begun, StoreError> {
+    let row = guard_attempt(connection, lease).await?;
+    let known: Option<String> = row.try_get("identity")?;
+    let restarts: i64 = row.try_get("restarts")?;
+    let restarted = match known.as_deref() {
+        Some(known) if known == identity => return Ok(Begun::Agreed),
+        None => false,
+        Some(_) if restarts >= MAX_RESTARTS => {
+            let message = "processes of different versions, or on machines of different types, work on recordings at the \
+                           same time; update all of them, then order it again";
+            fail(connection, &lease.id, "versions_differ", message).await?;
+            return Ok(Begun::Failed);
+        }
+        Some(_) => true,
+    };
+    if restarted {
+        sqlx::query("DELETE FROM recording_attempts WHERE recording_id = $1")
+            .bind(lease.id.as_str())
+            .execute(&mut *connection)
+            .await?;
+        sqlx::query(
+            "UPDATE recordings SET begun = 0, made = 0, successes = 0, restarts = restarts + 1 WHERE id = $1",
+        )
+        .bind(lease.id.as_str())
+        .execute(&mut *connection)
+        .await?;
+    }
+    sqlx::query("UPDATE recordings SET identity = $1 WHERE id = $2")
+        .bind(identity)
+        .bind(lease.id.as_str())
+        .execute(connection)
+        .await?;
+    Ok(if restarted { Begun::Restarted } else { Begun::Agreed })
+}
+
+/// Ends a recording without a dataset.
+pub(super) async fn fail(
+    connection: &mut AnyConnection,
+    id: &RecordingId,
+    code: &str,
+    message: &str,
+) -> Result<(), StoreError> {
+    let outcomes = drop_attempts(connection, id).await?;
+    let now = database::now_ms(connection).await?;
+    sqlx::query(
+        "UPDATE recordings SET state = 'failed', failure_code = $1, failure_message = $2, summary = $3, finished_at = $4,
+                               owner = NULL, token = NULL, lease_until = 0
+         WHERE id = $5",
+    )
+    .bind(code)
+    .bind(message)
+    .bind(json!({ "attempts": outcomes }).to_string())
+    .bind(now)
+    .bind(id.as_str())
+    .execute(&mut *connection)
+    .await?;
+    super::dataset::drop_dataset(connection, id).await
+}
+
+/// Drops the attempts of a recording, so that a sweep takes their blobs; how often they ended how.
+pub(super) async fn drop_attempts(
+    connection: &mut AnyConnection,
+    id: &RecordingId,
+) -> Result<BTreeMap<String, u64>, StoreError> {
+    let rows = sqlx::query(OUTCOMES).bind(id.as_str()).fetch_all(&mut *connection).await?;
+    let outcomes = rows.iter().map(|row| Ok((row.try_get("outcome")?, count(row, "attempts")?))).collect();
+    sqlx::query("DELETE FROM recording_attempts WHERE recording_id = $1")
+        .bind(id.as_str())
+        .execute(connection)
+        .await?;
+    outcomes
+}

@@ -1,0 +1,389 @@
+//! The right of one process to make an attempt, or to assemble a dataset: claimed, renewed, and checked before every
+//! write.
+
+use std::time::Duration;
+
+use sqlx::any::AnyRow;
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
+use uuid::Uuid;
+
+use super::attempts::fail;
+use super::{RecordingRow, count, recording_of, stored};
+use crate::database::Dialect;
+use crate::{Store, StoreError, database};
+use scene::RecordingId;
+
+/// Processes that may die over the same attempt, or over assembling, before the recording fails.
+const MAX_TRIES: i64 = 5;
+/// Attempts that are made at once for each episode that is missing: more would mostly be made in vain.
+const OPEN_PER_MISSING: u64 = 4;
+
+/// The right to make an attempt: valid while its row has this token and no outcome.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AttemptLease {
+    pub id: RecordingId,
+    pub number: u64,
+    pub token: String,
+}
+
+/// The right to assemble the dataset: valid while the recording's row has this token.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AssemblyLease {
+    pub id: RecordingId,
+    pub token: String,
+}
+
+/// What is to be done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RecordingWork {
+    Attempt(AttemptLease),
+    /// No attempt is missing: there is to be a dataset, or a failure for too few successes.
+    Assembly(AssemblyLease),
+}
+
+/// Claimed work.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordingClaim {
+    pub recording: RecordingRow,
+    pub work: RecordingWork,
+}
+
+impl Store {
+    /// Claims work of the oldest recording that has some: an attempt whose process is dead, the next attempt, or
+    /// assembling.
+    pub async fn claim_recording(
+        &self,
+        owner: &str,
+        lease: Duration,
+    ) -> Result<Option<RecordingClaim>, StoreError> {
+        let waiting: Option<i64> = sqlx::query_scalar(
+            "SELECT CAST(1 AS BIGINT) FROM recordings WHERE state IN ('queued', 'running') LIMIT 1",
+        )
+        .fetch_optional(&self.readers)
+        .await?;
+        if waiting.is_none() {
+            return Ok(None);
+        }
+        let (owner, is_shared) = (owner.to_owned(), self.is_shared);
+        self.writer
+            .write("claim work of a recording", move |connection| {
+                Box::pin(async move {
+                    let claimant = Claimant { owner, until_ms: milliseconds(lease), is_shared };
+                    loop {
+                        match claimant.claim(connection).await? {
+                            Claimed::Work(claim) => return Ok(Some(*claim)),
+                            Claimed::Nothing => return Ok(None),
+                            Claimed::GaveUp => {}
+                        }
+                    }
+                })
+            })
+            .await
+    }
+
+    /// Extends the lease of an attempt; `false` if it is lost, as by a cancellation.
+    pub async fn renew_attempt(&self, lease: &AttemptLease, duration: Duration) -> Result<bool, StoreError> {
+        let lease = lease.clone();
+        self.writer
+            .write("renew the lease of an attempt", move |connection| {
+                Box::pin(async move {
+                    let now = database::now_ms(connection).await?;
+                    let renewed = sqlx::query(
+                        "UPDATE recording_attempts SET lease_until = $1
+                         WHERE recording_id = $2 AND number = $3 AND token = $4 AND outcome IS NULL",
+                    )
+                    .bind(now + milliseconds(duration))
+                    .bind(lease.id.as_str())
+                    .bind(stored(lease.number))
+                    .bind(&lease.token)
+                    .execute(connection)
+                    .await?;
+                    Ok(renewed.rows_affected() > 0)
+                })
+            })
+            .await
+    }
+
+    /// Gives an attempt back, for another process to make it.
+    pub async fn release_attempt(&self, lease: &AttemptLease) -> Result<(), StoreError> {
+        let lease = lease.clone();
+        self.writer
+            .write("give an attempt back", move |connection| {
+                Box::pin(async move {
+                    sqlx::query(
+                        "UPDATE recording_attempts
+                         SET lease_until = 0, tries = CASE WHEN tries > 0 THEN tries - 1 ELSE 0 END
+                         WHERE recording_id = $1 AND number = $2 AND token = $3 AND outcome IS NULL",
+                    )
+                    .bind(lease.id.as_str())
+                    .bind(stored(lease.number))
+                    .bind(&lease.token)
+                    .execute(connection)
+                    .await?;
+                    Ok(())
+                })
+            })
+            .await?;
+        self.announce();
+        Ok(())
+    }
+
+    /// Extends the lease of assembling; `false` if it is lost.
+    pub async fn renew_assembly(
+        &self,
+        lease: &AssemblyLease,
+        duration: Duration,
+    ) -> Result<bool, StoreError> {
+        let lease = lease.clone();
+        self.writer
+            .write("renew the lease of assembling", move |connection| {
+                Box::pin(async move {
+                    let now = database::now_ms(connection).await?;
+                    let renewed =
+                        sqlx::query("UPDATE recordings SET lease_until = $1 WHERE id = $2 AND token = $3")
+                            .bind(now + milliseconds(duration))
+                            .bind(lease.id.as_str())
+                            .bind(&lease.token)
+                            .execute(connection)
+                            .await?;
+                    Ok(renewed.rows_affected() > 0)
+                })
+            })
+            .await
+    }
+
+    /// Gives assembling back, for another process to begin it again.
+    pub async fn release_assembly(&self, lease: &AssemblyLease) -> Result<(), StoreError> {
+        let lease = lease.clone();
+        self.writer
+            .write("give assembling back", move |connection| {
+                Box::pin(async move {
+                    sqlx::query(
+                        "UPDATE recordings SET owner = NULL, token = NULL, lease_until = 0,
+                                               tries = CASE WHEN tries > 0 THEN tries - 1 ELSE 0 END
+                         WHERE id = $1 AND token = $2",
+                    )
+                    .bind(lease.id.as_str())
+                    .bind(&lease.token)
+                    .execute(connection)
+                    .await?;
+                    Ok(())
+                })
+            })
+            .await?;
+        self.announce();
+        Ok(())
+    }
+}
+
+enum Claimed {
+    Work(Box<RecordingClaim>),
+    Nothing,
+    /// A recording failed, as processes died over it; there may be another one.
+    GaveUp,
+}
+
+struct Claimant {
+    owner: String,
+    until_ms: i64,
+    is_shared: bool,
+}
+
+impl Claimant {
+    /// What holds for a lease that has ended; `$1` is the time, `$2` this process. In a file of one process the leases
+    /// of other owners are those of dead ones.
+    fn dead(&self, table: &str) -> String {
+        match self.is_shared {
+            true => format!("({table}.lease_until <= $1 AND $2 IS NOT NULL)"),
+            false => format!("({table}.lease_until <= $1 OR {table}.owner <> $2)"),
+        }
+    }
+
+    async fn claim(&self, connection: &mut AnyConnection) -> Result<Claimed, StoreError> {
+        let now = database::now_ms(connection).await?;
+        let lock = Dialect::of(connection).lock();
+        let query = format!(
+            "SELECT * FROM recordings
+             WHERE state IN ('queued', 'running')
+               AND ((successes < wanted AND begun < max_attempts
+                     AND begun - made < {OPEN_PER_MISSING} * (wanted - successes))
+                    OR (made = begun AND (token IS NULL OR {}))
+                    OR EXISTS (SELECT 1 FROM recording_attempts AS attempt
+                               WHERE attempt.recording_id = recordings.id AND attempt.outcome IS NULL AND {}))
+             ORDER BY id LIMIT 1 {lock}",
+            self.dead("recordings"),
+            self.dead("attempt"),
+        );
+        let row = sqlx::query(AssertSqlSafe(query))
+            .bind(now)
+            .bind(&self.owner)
+            .fetch_optional(&mut *connection)
+            .await?;
+        let Some(row) = row else { return Ok(Claimed::Nothing) };
+        let recording = recording_of(&row)?;
+        if let Some(claimed) = self.abandoned(connection, now, &recording).await? {
+            return Ok(claimed);
+        }
+        let begun = count(&row, "begun")?;
+        let open = begun.saturating_sub(recording.made);
+        let missing = recording.wanted.saturating_sub(recording.successes);
+        if missing > 0 && begun < recording.max_attempts {
+            return match open < OPEN_PER_MISSING * missing {
+                true => self.next(connection, now, recording, begun).await,
+                false => Ok(Claimed::Nothing),
+            };
+        }
+        if open > 0 {
+            return Ok(Claimed::Nothing);
+        }
+        self.assembly(connection, now, recording, &row).await
+    }
+
+    /// An attempt whose process is dead.
+    async fn abandoned(
+        &self,
+        connection: &mut AnyConnection,
+        now: i64,
+        recording: &RecordingRow,
+    ) -> Result<Option<Claimed>, StoreError> {
+        let query = format!(
+            "SELECT number, tries FROM recording_attempts
+             WHERE recording_id = $3 AND outcome IS NULL AND {} ORDER BY number LIMIT 1",
+            self.dead("recording_attempts")
+        );
+        let row = sqlx::query(AssertSqlSafe(query))
+            .bind(now)
+            .bind(&self.owner)
+            .bind(recording.id.as_str())
+            .fetch_optional(&mut *connection)
+            .await?;
+        let Some(row) = row else { return Ok(None) };
+        let number = count(&row, "number")?;
+        if row.try_get::<i64, _>("tries")? >= MAX_TRIES {
+            let message =
+                format!("the processes that made attempt {number} died; see their logs, then order it again");
+            fail(connection, &recording.id, "interrupted_too_often", &message).await?;
+            return Ok(Some(Claimed::GaveUp));
+        }
+        let token = Uuid::new_v4().to_string();
+        sqlx::query(
+            "UPDATE recording_attempts SET owner = $1, token = $2, lease_until = $3, tries = tries + 1
+             WHERE recording_id = $4 AND number = $5",
+        )
+        .bind(&self.owner)
+        .bind(&token)
+        .bind(now + self.until_ms)
+        .bind(recording.id.as_str())
+        .bind(stored(number))
+        .execute(connection)
+        .await?;
+        let lease = AttemptLease { id: recording.id.clone(), number, token };
+        let claim = RecordingClaim { recording: recording.clone(), work: RecordingWork::Attempt(lease) };
+        Ok(Some(Claimed::Work(Box::new(claim))))
+    }
+
+    /// The next attempt.
+    async fn next(
+        &self,
+        connection: &mut AnyConnection,
+        now: i64,
+        recording: RecordingRow,
+        number: u64,
+    ) -> Result<Claimed, StoreError> {
+        let token = Uuid::new_v4().to_string();
+        sqlx::query(
+            "INSERT INTO recording_attempts (recording_id, number, owner, token, lease_until, tries)
+             VALUES ($1, $2, $3, $4, $5, 1)",
+        )
+        .bind(recording.id.as_str())
+        .bind(stored(number))
+        .bind(&self.owner)
+        .bind(&token)
+        .bind(now + self.until_ms)
+        .execute(&mut *connection)
+        .await?;
+        let row = sqlx::query(
+            "UPDATE recordings SET begun = begun + 1, state = 'running', started_at = COALESCE(started_at, $1)
+             WHERE id = $2 RETURNING *",
+        )
+        .bind(now)
+        .bind(recording.id.as_str())
+        .fetch_one(connection)
+        .await?;
+        let lease = AttemptLease { id: recording.id, number, token };
+        let claim = RecordingClaim { recording: recording_of(&row)?, work: RecordingWork::Attempt(lease) };
+        Ok(Claimed::Work(Box::new(claim)))
+    }
+
+    async fn assembly(
+        &self,
+        connection: &mut AnyConnection,
+        now: i64,
+        recording: RecordingRow,
+        row: &AnyRow,
+    ) -> Result<Claimed, StoreError> {
+        if row.try_get::<i64, _>("tries")? >= MAX_TRIES {
+            let message =
+                "the processes that assembled its dataset died; see their logs, then order it again";
+            fail(connection, &recording.id, "interrupted_too_often", message).await?;
+            return Ok(Claimed::GaveUp);
+        }
+        let token = Uuid::new_v4().to_string();
+        sqlx::query(
+            "UPDATE recordings SET owner = $1, token = $2, lease_until = $3, tries = tries + 1 WHERE id = $4",
+        )
+        .bind(&self.owner)
+        .bind(&token)
+        .bind(now + self.until_ms)
+        .bind(recording.id.as_str())
+        .execute(connection)
+        .await?;
+        let lease = AssemblyLease { id: recording.id.clone(), token };
+        Ok(Claimed::Work(Box::new(RecordingClaim { recording, work: RecordingWork::Assembly(lease) })))
+    }
+}
+
+/// Fails with [`StoreError::RecordingLeaseLost`] unless the attempt is still this process's; locks the recording's
+/// row.
+pub(super) async fn guard_attempt(
+    connection: &mut AnyConnection,
+    lease: &AttemptLease,
+) -> Result<AnyRow, StoreError> {
+    let lost = || StoreError::RecordingLeaseLost { id: lease.id.clone() };
+    let lock = Dialect::of(connection).lock();
+    let query = format!("SELECT * FROM recordings WHERE id = $1 {lock}");
+    let row = sqlx::query(AssertSqlSafe(query))
+        .bind(lease.id.as_str())
+        .fetch_optional(&mut *connection)
+        .await?
+        .ok_or_else(lost)?;
+    let held = sqlx::query(
+        "SELECT 1 FROM recording_attempts
+         WHERE recording_id = $1 AND number = $2 AND token = $3 AND outcome IS NULL",
+    )
+    .bind(lease.id.as_str())
+    .bind(stored(lease.number))
+    .bind(&lease.token)
+    .fetch_optional(connection)
+    .await?;
+    held.map(|_| row).ok_or_else(lost)
+}
+
+/// Fails with [`StoreError::RecordingLeaseLost`] unless assembling is still this process's; locks the recording's row.
+pub(super) async fn guard_assembly(
+    connection: &mut AnyConnection,
+    lease: &AssemblyLease,
+) -> Result<(), StoreError> {
+    let lock = Dialect::of(connection).lock();
+    let query = format!("SELECT 1 FROM recordings WHERE id = $1 AND token = $2 {lock}");
+    let held = sqlx::query(AssertSqlSafe(query))
+        .bind(lease.id.as_str())
+        .bind(&lease.token)
+        .fetch_optional(connection)
+        .await?;
+    held.map(|_| ()).ok_or_else(|| StoreError::RecordingLeaseLost { id: lease.id.clone() })
+}
+
+fn milliseconds(duration: Duration) -> i64 {
+    i64::try_from(duration.as_millis()).unwrap_or(i64::MAX / 4)
+}

@@ -1,0 +1,152 @@
+//! Requests of clients: to record demonstrations, and to stop that.
+
+use serde_json::{Value, json};
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
+use uuid::Uuid;
+
+use super::attempts::drop_attempts;
+use super::{RecordingState, stored};
+use crate::database::Dialect;
+use crate::{Digest, Store, StoreError, database};
+use scene::{RecordingId, SceneId, TenantId};
+
+/// A recording to be made.
+#[derive(Clone, Debug)]
+pub struct NewRecording {
+    pub tenant_id: TenantId,
+    pub scene_id: SceneId,
+    /// What is asked for, as JSON.
+    pub request: Value,
+    /// The blob of the scene's archive.
+    pub bundle: Digest,
+    /// Attempts that are to succeed.
+    pub wanted: u64,
+    pub max_attempts: u64,
+    pub idempotency_key: Option<String>,
+    pub body_digest: Digest,
+}
+
+/// Result of a submission.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SubmitRecordingOutcome {
+    Created(RecordingId),
+    /// The key was used before with the same body.
+    Replayed(RecordingId),
+    /// The key was used before with another body; nothing was enqueued.
+    KeyReused,
+}
+
+/// Result of a cancellation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CancelRecordingOutcome {
+    /// It is cancelled.
+    Accepted,
+    /// It had ended already.
+    TooLate(RecordingState),
+    NotFound,
+}
+
+impl Store {
+    /// Enqueues a recording, once for each idempotency key.
+    pub async fn submit_recording(&self, new: NewRecording) -> Result<SubmitRecordingOutcome, StoreError> {
+        let submitted = self
+            .writer
+            .write("enqueue a recording", move |connection| Box::pin(submit(connection, new)))
+            .await?;
+        self.announce();
+        Ok(submitted)
+    }
+
+    /// Cancels a recording that has not ended. Attempts that are being made are dropped when they are finished.
+    pub async fn cancel_recording(
+        &self,
+        tenant_id: &TenantId,
+        id: &RecordingId,
+    ) -> Result<CancelRecordingOutcome, StoreError> {
+        let (tenant_id, id) = (tenant_id.clone(), id.clone());
+        let outcome = self
+            .writer
+            .write("cancel a recording", move |connection| {
+                Box::pin(async move { cancel(connection, &tenant_id, &id).await })
+            })
+            .await?;
+        self.announce();
+        Ok(outcome)
+    }
+}
+
+async fn submit(
+    connection: &mut AnyConnection,
+    new: NewRecording,
+) -> Result<SubmitRecordingOutcome, StoreError> {
+    if let Some(key) = &new.idempotency_key {
+        let query = "SELECT id, body_digest FROM recordings WHERE tenant_id = $1 AND idempotency_key = $2";
+        let earlier = sqlx::query(query)
+            .bind(new.tenant_id.as_str())
+            .bind(key)
+            .fetch_optional(&mut *connection)
+            .await?;
+        if let Some(earlier) = earlier {
+            let is_same = earlier.try_get::<String, _>("body_digest")? == new.body_digest.as_str();
+            let id = database::id(&earlier, "recordings", "id")?;
+            return Ok(if is_same {
+                SubmitRecordingOutcome::Replayed(id)
+            } else {
+                SubmitRecordingOutcome::KeyReused
+            });
+        }
+    }
+    let now = database::now_ms(connection).await?;
+    let id: RecordingId = database::parse_id(&Uuid::now_v7().to_string(), "recordings")?;
+    sqlx::query(
+        "INSERT INTO recordings (id, tenant_id, scene_id, state, request, bundle, wanted, max_attempts, idempotency_key,
+                                 body_digest, created_at)
+         VALUES ($1, $2, $3, 'queued', $4, $5, $6, $7, $8, $9, $10)",
+    )
+    .bind(id.as_str())
+    .bind(new.tenant_id.as_str())
+    .bind(new.scene_id.as_str())
+    .bind(new.request.to_string())
+    .bind(new.bundle.as_str())
+    .bind(stored(new.wanted))
+    .bind(stored(new.max_attempts))
+    .bind(new.idempotency_key)
+    .bind(new.body_digest.as_str())
+    .bind(now)
+    .execute(connection)
+    .await?;
+    Ok(SubmitRecordingOutcome::Created(id))
+}
+
+async fn cancel(
+    connection: &mut AnyConnection,
+    tenant_id: &TenantId,
+    id: &RecordingId,
+) -> Result<CancelRecordingOutcome, StoreError> {
+    let lock = Dialect::of(connection).lock();
+    let query = format!("SELECT state FROM recordings WHERE id = $1 AND tenant_id = $2 {lock}");
+    let state: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
+        .bind(id.as_str())
+        .bind(tenant_id.as_str())
+        .fetch_optional(&mut *connection)
+        .await?;
+    let Some(state) = state.as_deref().and_then(RecordingState::parse) else {
+        return Ok(CancelRecordingOutcome::NotFound);
+    };
+    if state.is_final() {
+        return Ok(CancelRecordingOutcome::TooLate(state));
+    }
+    let outcomes = drop_attempts(connection, id).await?;
+    let now = database::now_ms(connection).await?;
+    sqlx::query(
+        "UPDATE recordings SET state = 'cancelled', summary = $1, finished_at = $2, owner = NULL, token = NULL
+         WHERE id = $3",
+    )
+    .bind(json!({ "attempts": outcomes }).to_string())
+    .bind(now)
+    .bind(id.as_str())
+    .execute(&mut *connection)
+    .await?;
+    super::dataset::drop_dataset(connection, id).await?;
+    Ok(CancelRecordingOutcome::Accepted)
+}
