@@ -28,6 +28,7 @@ pub mod tasks;
 pub mod executions;
 pub mod batches;
 pub mod datasets;
+pub mod episodes;
 pub mod download;
 mod pieces;
 pub mod bundle;
@@ -154,6 +155,7 @@ pub struct Services {
     pub predict: Predict,
     pub propose_tasks: tasks::ProposeTasks,
     pub execute_task: executions::ExecuteTask,
+    pub check_episodes: episodes::CheckEpisodes,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
     /// Largest number of requests of one batch.
@@ -172,6 +174,7 @@ pub struct Api {
     pub predict: Predict,
     pub propose_tasks: tasks::ProposeTasks,
     pub execute_task: executions::ExecuteTask,
+    pub check_episodes: episodes::CheckEpisodes,
     pub fetch_image: FetchImage,
     pub metrics: PrometheusHandle,
     /// Largest number of requests of one batch.
@@ -216,6 +219,7 @@ impl Api {
             predict,
             propose_tasks,
             execute_task,
+            check_episodes,
             fetch_image,
             metrics,
             max_batch_requests,
@@ -244,6 +248,7 @@ impl Api {
             predict,
             propose_tasks,
             execute_task,
+            check_episodes,
             fetch_image,
             metrics,
             max_batch_requests,
@@ -278,6 +283,7 @@ pub fn routes() -> Vec<(Method, &'static str, MethodRouter<Api>)> {
         (Method::GET, "/scenes/{scene_id}/lineage", get(lineage::show)),
         (Method::GET, "/scenes/{scene_id}/tasks", get(tasks::list)),
         (Method::POST, "/scenes/{scene_id}/executions", post(executions::run)),
+        (Method::POST, "/scenes/{scene_id}/episodes", post(episodes::submit)),
         (Method::GET, "/scenes/{scene_id}/artifacts", get(artifacts::list)),
         (Method::GET, "/scenes/{scene_id}/artifacts/{*name}", get(artifacts::download)),
         (Method::POST, "/batches", post(batches::submit)),
@@ -294,6 +300,12 @@ pub fn routes() -> Vec<(Method, &'static str, MethodRouter<Api>)> {
         (Method::GET, "/datasets/{dataset_id}/archive", get(datasets::archive)),
         (Method::GET, "/datasets/{dataset_id}/files", get(datasets::files)),
         (Method::GET, "/datasets/{dataset_id}/files/{*name}", get(datasets::download)),
+        (Method::GET, "/episodes", get(episodes::list)),
+        (Method::GET, "/episodes/{recording_id}", get(episodes::show)),
+        (Method::POST, "/episodes/{recording_id}/cancel", post(episodes::cancel)),
+        (Method::GET, "/episodes/{recording_id}/files", get(episodes::files)),
+        (Method::GET, "/episodes/{recording_id}/files/{*name}", get(episodes::download)),
+        (Method::GET, "/episodes/{recording_id}/archives/{format}", get(episodes::archive)),
         (Method::GET, "/jobs", get(jobs::list)),
         (Method::GET, "/jobs/{job_id}", get(jobs::show)),
         (Method::GET, "/jobs/{job_id}/stages", get(jobs::stages)),

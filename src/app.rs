@@ -21,6 +21,7 @@ mod process;
 mod upkeep;
 mod feeding;
 mod freezing;
+mod recording;
 pub mod service;
 pub mod local;
 

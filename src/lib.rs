@@ -31,3 +31,6 @@ pub mod pipeline;
 
 // 4. Finished scenes become a dataset.
 pub mod freezer;
+
+// 5. Robots do tasks in them, and their demonstrations become a dataset.
+pub mod recorder;

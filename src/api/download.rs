@@ -32,6 +32,8 @@ pub enum Content {
     Memory(Bytes),
     /// In several pieces, whose digest the caller knows.
     Pieces(Vec<Piece>),
+    /// In pieces, from this byte of theirs on.
+    Within(Vec<Piece>, u64),
 }
 
 /// The response to a request with this method and these headers; `None` if the stored bytes are missing or damaged.
@@ -100,6 +102,10 @@ pub async fn respond(
         }),
         Content::Pieces(pieces) => {
             pieces::body(api.store.clone(), pieces, range.clone().unwrap_or(0..what.size))
+        }
+        Content::Within(pieces, start) => {
+            let part = range.clone().unwrap_or(0..what.size);
+            pieces::body(api.store.clone(), pieces, start + part.start..start + part.end)
         }
         Content::Stored => match api.store.blobs().stream(what.digest, range.clone()).await? {
             Some(stream) => Body::from_stream(stream),

@@ -1,5 +1,6 @@
 //! Demonstrations of tasks in the scene of a bundle, recorded as a dataset that policies are trained on.
 
+mod body;
 pub mod order;
 pub mod recorder;
 pub mod regenerate;
@@ -19,6 +20,7 @@ use episodes::EpisodeError;
 use robot::model::Robot;
 use store::Digest;
 
+pub use body::ordered;
 pub use order::{Cameras, EpisodesOrder};
 
 /// What all demonstrations of an order share. Takes seconds: grasps are tried in simulation.

@@ -54,6 +54,7 @@ async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) 
         super::upkeep::start(&store, config, &draining);
         super::feeding::start(&store, config, &draining);
         super::freezing::start(&store, config, data_dir, &draining);
+        super::recording::start(&store, resolved, data_dir, &draining);
     }
     let api = interface(resolved, &config.server, &store, &draining, &closing);
     let (router, settings, closed) = (api::router(api), config.server.clone(), closing.clone());
@@ -88,6 +89,7 @@ pub async fn start_worker(
     super::upkeep::start(&store, config, &draining);
     super::feeding::start(&store, config, &draining);
     super::freezing::start(&store, config, data_dir, &draining);
+    super::recording::start(&store, resolved, data_dir, &draining);
     let listener = listener.map(|listener| {
         let settings = api::Settings {
             listen: listen_on.unwrap_or_default().to_owned(),
@@ -156,6 +158,7 @@ fn interface(
         predict: super::pipeline::predict(resolved),
         propose_tasks: super::tasks::propose_tasks(resolved),
         execute_task: super::executions::execute_task(resolved),
+        check_episodes: super::recording::check(resolved),
         fetch_image: super::fetching::fetch_image(settings),
         metrics: metrics::recorder(),
         max_batch_requests: resolved.config.batches.max_requests,

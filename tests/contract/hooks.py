@@ -4,7 +4,8 @@ An image is a real PNG; an address of an image is that of one (CONTRACT_IMAGE_UR
 thing that stands on tables, a known width is that of the table, and words for tables are known ones; settings have the
 values of the document's examples, as ranges of numbers in texts are not expressed; what an edit changes is something that
 any scene permits; robots are known ones; few tasks are rehearsed; a dataset has one source, a label, and its splits share
-all of it; a sample is of one combination; times are soon; a number such as 7.0 is 7; an idempotency key is used once. Every
+all of it; episodes are few, of one task in words, and seen by usual cameras or by one that is placed well; a sample is of one
+combination; times are soon; a number such as 7.0 is 7; an idempotency key is used once. Every
 other request about a scene is about one that is finished (CONTRACT_SCENE_ID), as the fuzzer does not wait for its own.
 Everything else is as the fuzzer draws it from openapi.yaml, and requests that are meant to be refused are left alone.
 """
@@ -28,9 +29,12 @@ WITHOUT_CHAT = {"appraise.ratings": "false", "appraise.tasks": "0"}
 SUBMISSIONS = ("POST /scenes", "POST /scenes/{scene_id}/edits", "POST /scenes/{scene_id}/variants")
 EDIT = {"operations": [{"op": "tidy"}], "text": "tidy the table"}
 EXECUTE = "POST /scenes/{scene_id}/executions"
+EPISODES = "POST /scenes/{scene_id}/episodes"
 TASKS = "GET /scenes/{scene_id}/tasks"
 # Something that an arm can do in the finished scene. It takes seconds, so one request in so many does it.
 INSTRUCTION, EXECUTED_ONE_IN = "pick up the mug", 10
+RECORDED_ONE_IN = 10
+MOST_RECORDED_ATTEMPTS = 2
 REHEARSED_ONE_IN = 10
 MOST_REHEARSED = 2
 MOST_SEEDS = 10
@@ -70,6 +74,9 @@ def about_the_finished_scene(case):
             case.path_parameters["scene_id"] = finished
             case.body.pop("task", None)
             case.body["text"] = INSTRUCTION
+    elif label == EPISODES:
+        if number % RECORDED_ONE_IN == 0:
+            case.path_parameters["scene_id"] = finished
     elif number % 2 == 0:
         case.path_parameters["scene_id"] = finished
 
@@ -83,6 +90,25 @@ def about_tasks(case):
     if query.get("rehearsed") in (True, "true"):
         query["rehearsed"] = "true" if next(count) % REHEARSED_ONE_IN == 0 else "false"
         query["count"] = min(int(query.get("count", MOST_REHEARSED)), MOST_REHEARSED)
+
+
+def of_few_episodes(body: dict):
+    """A task in words, few attempts, and cameras that differ, see something and have few pixels."""
+    body.pop("tasks", None)
+    body["task"] = INSTRUCTION
+    body["robot"] = "panda"
+    body["count"] = 1
+    if body.get("max_attempts") is not None:
+        body["max_attempts"] = MOST_RECORDED_ATTEMPTS
+    record = body.get("record") or {}
+    cameras = record.get("cameras") or []
+    own = [one for one in cameras if isinstance(one, dict)][:1]
+    for one in own:
+        one.update(eye_m=[0, -0.5, 1], target_m=[0, 0, 0], width_px=64, height_px=64)
+    if cameras:
+        record["cameras"] = own or sorted(set(cameras))
+    if "size_px" in record:
+        record["size_px"] = min(record["size_px"], 64)
 
 
 def of_a_label(body: dict):
@@ -132,6 +158,8 @@ def replace(case):
             case.body["robot"] = "panda"
             # A video is in the archive alone, and takes seconds.
             case.body["video"] = False
+        if case.operation.label == EPISODES:
+            of_few_episodes(case.body)
         if case.operation.label == "POST /datasets":
             of_a_label(case.body)
         if case.operation.label == "POST /batches":

@@ -7,6 +7,7 @@ mod executions;
 mod tasks;
 mod batches;
 mod datasets;
+mod episodes;
 mod listing;
 mod documents;
 mod downloads;

@@ -173,6 +173,11 @@ pub const ROOT_MODULES: &[Layer] = &[
         &[CLIENTS, ROWS],
     ),
     layer("freezer", &["datasets", "runtime", "scene", "store"], &[SERVERS, CLIENTS, ROWS]),
+    layer(
+        "recorder",
+        &["datasets", "demonstrations", "episodes", "runtime", "scene", "store"],
+        &[SERVERS, CLIENTS, ROWS],
+    ),
     // What requests and jobs say of themselves in the log and in traces.
     layer("spans", &["scene"], &[SERVERS, CLIENTS, ROWS, TASKS]),
     // Settings structs stand beside their algorithms; config only gathers them.

@@ -8,6 +8,7 @@ use hyper::Method;
 use scene::job::{JobKind, JobState, SceneState};
 use serde_json::Value;
 use store::datasets::DatasetState;
+use store::recordings::RecordingState;
 use tabletopgen::api;
 use tabletopgen::config::keys::{Allowed, Key, keys};
 
@@ -46,6 +47,7 @@ fn words_of_the_document_are_those_of_the_program() {
         ("ProblemType", uris()),
         ("SceneState", names(&SceneState::ALL, SceneState::as_str)),
         ("DatasetState", names(&DatasetState::ALL, DatasetState::as_str)),
+        ("RecordingState", names(&RecordingState::ALL, RecordingState::as_str)),
         ("BatchState", names(&BatchState::ALL, BatchState::as_str)),
         ("RequestState", names(&RequestState::ALL, RequestState::as_str)),
         ("JobState", names(&JobState::ALL, JobState::as_str)),
@@ -136,6 +138,10 @@ fn every_object_names_its_fields_and_requests_have_no_others() {
         "DatasetSubmission",
         "DatasetFilter",
         "ExecutionRequest",
+        "EpisodesSubmission",
+        "EpisodeRecording",
+        "EpisodeCamera",
+        "RandomizationAmplitudes",
     ] {
         assert_eq!(schemas[name]["additionalProperties"], Value::Bool(false), "{name}");
     }

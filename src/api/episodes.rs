@@ -1,0 +1,267 @@
+//! `/scenes/{scene_id}/episodes` and `/episodes`: record demonstrations of tasks in a finished scene as a dataset;
+//! list, show, cancel, download.
+//!
+//! They are recorded in the background (see `recorder`). A dataset never changes; its files and the archives of its
+//! formats have strong `ETag`s, their SHA-256, and are sent in ranges.
+
+mod content;
+mod request;
+mod views;
+
+use axum::Json;
+use axum::extract::{Path, Request, State};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::Api;
+use super::admission::overloaded;
+use super::download::{Download, respond};
+use super::enqueue::idempotency_key;
+use super::error::{Problem, ProblemType};
+use super::json_body::{json_bytes, media_type, parse};
+use super::parent::ParentBundle;
+use super::query::{IdFilter, PageSize, PageToken, Parameters};
+use super::scenes;
+use scene::RecordingId;
+use store::recordings::{
+    CancelRecordingOutcome, NewRecording, RecordingArchive, RecordingFilter, RecordingRow, RecordingState,
+    SubmitRecordingOutcome,
+};
+use store::{DEFAULT_TENANT, Digest};
+
+use content::{file_content, media_type_of, whole};
+use request::StateFilter;
+pub use request::{CheckEpisodes, CheckedEpisodes, EpisodesBody, RecordBody};
+use views::{RecordingFileView, RecordingView};
+
+/// `POST /scenes/{scene_id}/episodes`.
+pub async fn submit(
+    State(api): State<Api>,
+    Path(scene_id): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let scene_id = scenes::parse_id(&scene_id)?;
+    let key = idempotency_key(request.headers())?;
+    if media_type(request.headers()) != "application/json" {
+        let detail = "send application/json such as {\"task\": \"put the apple in the bowl\", \"count\": 50}";
+        return Err(Problem::new(ProblemType::UnsupportedMediaType, "body_format", detail));
+    }
+    let bytes = json_bytes(&api, request.into_body()).await?;
+    let body: EpisodesBody = parse(&bytes)?;
+    body.check_texts(api.settings.max_text_chars)?;
+    let checked = (api.check_episodes)(&body)?;
+    let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
+    let scene = scenes::find(&api, &scene_id).await?;
+    let bundle = ParentBundle::of(&api, &scene, true).await?;
+    let request = json!({ "version": request::VERSION, "order": body });
+    let new = NewRecording {
+        tenant_id: DEFAULT_TENANT.clone(),
+        body_digest: Digest::of(format!("{scene_id} {request}").as_bytes()),
+        scene_id,
+        request,
+        bundle: bundle.digest,
+        wanted: checked.count,
+        max_attempts: checked.max_attempts,
+        idempotency_key: key,
+    };
+    match api.store.submit_recording(new).await? {
+        SubmitRecordingOutcome::Created(id) | SubmitRecordingOutcome::Replayed(id) => {
+            accepted(&api, &id).await
+        }
+        SubmitRecordingOutcome::KeyReused => Err(Problem::new(
+            ProblemType::InvalidRequest,
+            "idempotency_key_reused",
+            "this Idempotency-Key came with another request before; use a new key for new episodes",
+        )),
+    }
+}
+
+/// Parameters of `GET /episodes`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ListParameters {
+    scene: Option<IdFilter>,
+    state: Option<StateFilter>,
+    page_size: PageSize,
+    page_token: Option<PageToken>,
+}
+
+/// A page of recordings.
+#[derive(Serialize)]
+struct RecordingPage {
+    recordings: Vec<RecordingView>,
+    next_page_token: Option<String>,
+}
+
+/// `GET /episodes`.
+pub async fn list(
+    State(api): State<Api>,
+    Parameters(parameters): Parameters<ListParameters>,
+) -> Result<Response, Problem> {
+    let size = parameters.page_size.get();
+    let filter = RecordingFilter {
+        scene_id: parameters.scene.and_then(IdFilter::id),
+        state: parameters.state.map(|state| state.0),
+        before_id: parameters.page_token.and_then(PageToken::last_id),
+        limit: size + 1,
+    };
+    let mut rows = api.store.recordings(&DEFAULT_TENANT, filter).await?;
+    let more = rows.len() > size as usize;
+    rows.truncate(size as usize);
+    let next = rows.last().filter(|_| more).and_then(|row| PageToken::after(row.id.as_str()));
+    let mut recordings = Vec::with_capacity(rows.len());
+    for row in rows {
+        recordings.push(RecordingView::of(&api, row).await?);
+    }
+    let page = RecordingPage { recordings, next_page_token: next.map(|token| token.to_string()) };
+    Ok(Json(page).into_response())
+}
+
+/// `GET /episodes/{recording_id}`.
+pub async fn show(State(api): State<Api>, Path(recording_id): Path<String>) -> Result<Response, Problem> {
+    let row = find(&api, &parse_id(&recording_id)?).await?;
+    Ok(Json(RecordingView::of(&api, row).await?).into_response())
+}
+
+/// `POST /episodes/{recording_id}/cancel`.
+pub async fn cancel(State(api): State<Api>, Path(recording_id): Path<String>) -> Result<Response, Problem> {
+    let recording_id = parse_id(&recording_id)?;
+    match api.store.cancel_recording(&DEFAULT_TENANT, &recording_id).await? {
+        CancelRecordingOutcome::Accepted => accepted(&api, &recording_id).await,
+        CancelRecordingOutcome::TooLate(state) => Err(Problem::new(
+            ProblemType::Conflict,
+            "episodes_already_ended",
+            format!("this recording is {} already; there is nothing to cancel", state.as_str()),
+        )),
+        CancelRecordingOutcome::NotFound => {
+            Err(Problem::not_found("recording of episodes", recording_id.as_str()))
+        }
+    }
+}
+
+/// Parameters of `GET /episodes/{recording_id}/files`.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FileParameters {
+    page_size: PageSize,
+    page_token: Option<PageToken>,
+}
+
+/// `GET /episodes/{recording_id}/files`.
+pub async fn files(
+    State(api): State<Api>,
+    Path(recording_id): Path<String>,
+    Parameters(parameters): Parameters<FileParameters>,
+) -> Result<Response, Problem> {
+    let row = finished(&api, &recording_id).await?;
+    let size = parameters.page_size.get();
+    let after = parameters.page_token.and_then(content::place_of);
+    let mut files = api.store.recording_files(&row.id, after, size + 1).await?;
+    let more = files.len() > size as usize;
+    files.truncate(size as usize);
+    let next = files.last().filter(|_| more).and_then(|(place, _)| content::token_after(*place));
+    let files: Vec<RecordingFileView> =
+        files.into_iter().map(|(_, file)| RecordingFileView::new(&row.id, file)).collect();
+    let next = next.map(|token| token.to_string());
+    Ok(Json(json!({ "files": files, "next_page_token": next })).into_response())
+}
+
+/// `GET /episodes/{recording_id}/files/{name}`.
+pub async fn download(
+    State(api): State<Api>,
+    Path((recording_id, path)): Path<(String, String)>,
+    method: Method,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let row = finished(&api, &recording_id).await?;
+    let file = api.store.recording_file(&row.id, &path).await?;
+    let file = file.ok_or_else(|| Problem::not_found("file of the episodes", &path))?;
+    let format = path.split('/').next().unwrap_or_default();
+    let archive = archive_of(&api, &row, format).await?;
+    let kind = media_type_of(&path);
+    let name = path.rsplit('/').next().unwrap_or_default().to_owned();
+    let what = Download {
+        digest: &file.digest,
+        size: file.size,
+        media_type: kind,
+        // Documents are shown in place.
+        file_name: (kind == "application/octet-stream").then_some(name),
+        content: file_content(&archive, &file),
+    };
+    respond(&api, &method, &headers, what).await?.ok_or_else(damaged)
+}
+
+/// `GET /episodes/{recording_id}/archives/{format}`.
+pub async fn archive(
+    State(api): State<Api>,
+    Path((recording_id, format)): Path<(String, String)>,
+    method: Method,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let row = finished(&api, &recording_id).await?;
+    let archive = archive_of(&api, &row, &format).await?;
+    let digest = archive.digest.clone().ok_or_else(damaged)?;
+    let what = Download {
+        digest: &digest,
+        size: archive.size,
+        media_type: "application/x-tar",
+        file_name: Some(format!("{}-{}.tar", row.id, archive.format)),
+        content: whole(&archive),
+    };
+    respond(&api, &method, &headers, what).await?.ok_or_else(damaged)
+}
+
+async fn archive_of(api: &Api, row: &RecordingRow, format: &str) -> Result<RecordingArchive, Problem> {
+    let archives = api.store.recording_archives(&row.id).await?;
+    let found = archives.into_iter().find(|archive| archive.format == format);
+    found.ok_or_else(|| Problem::not_found("format of the episodes", format))
+}
+
+fn damaged() -> Problem {
+    Problem::new(
+        ProblemType::Gone,
+        "episodes_damaged",
+        "the bytes of this file are lost or damaged; order the same episodes again",
+    )
+}
+
+/// 202 with the recording and its address.
+async fn accepted(api: &Api, recording_id: &RecordingId) -> Result<Response, Problem> {
+    let view = RecordingView::of(api, find(api, recording_id).await?).await?;
+    let location = HeaderValue::from_str(&view.links.this);
+    let mut response = (StatusCode::ACCEPTED, Json(view)).into_response();
+    if let Ok(location) = location {
+        response.headers_mut().insert(header::LOCATION, location);
+    }
+    Ok(response)
+}
+
+/// The recording id in a path. A text that is no id names no recording.
+fn parse_id(text: &str) -> Result<RecordingId, Problem> {
+    text.parse().map_err(|_| Problem::not_found("recording of episodes", text))
+}
+
+/// A recording that is there.
+async fn find(api: &Api, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
+    let row = api.store.recording(&DEFAULT_TENANT, recording_id).await?;
+    row.ok_or_else(|| Problem::not_found("recording of episodes", recording_id.as_str()))
+}
+
+/// A recording with a dataset.
+async fn finished(api: &Api, recording_id: &str) -> Result<RecordingRow, Problem> {
+    let row = find(api, &parse_id(recording_id)?).await?;
+    let (code, detail) = match row.state {
+        RecordingState::Finished => return Ok(row),
+        RecordingState::Failed => ("episodes_failed", "these episodes have no files; see the failure"),
+        RecordingState::Cancelled => {
+            ("episodes_cancelled", "these episodes were cancelled; order them again")
+        }
+        RecordingState::Queued | RecordingState::Running => (
+            "episodes_not_ready",
+            "these episodes are not recorded yet; ask for their state until it is finished",
+        ),
+    };
+    Err(Problem::new(ProblemType::Conflict, code, detail))
+}

@@ -1,0 +1,119 @@
+//! The body of `POST /scenes/{scene_id}/episodes`.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::api::error::{FieldError, Problem};
+use crate::api::submission::check_text;
+use store::recordings::RecordingState;
+
+/// Version of the stored form of a body.
+pub(super) const VERSION: u32 = 1;
+
+/// The body, whose tasks, cameras, axes and formats are not read yet.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EpisodesBody {
+    /// Of the dataset's cards; the instructions if absent.
+    pub title: Option<String>,
+    pub robot: String,
+    /// An instruction in words, or a task as `GET /scenes/{scene_id}/tasks` gives it.
+    pub task: Option<Value>,
+    /// Several, which take turns.
+    pub tasks: Option<Vec<Value>>,
+    /// Episodes that succeed.
+    pub count: u64,
+    pub seed: u64,
+    /// `usual`, `none`, or amplitudes by axis.
+    pub randomize: Value,
+    pub record: RecordBody,
+    pub formats: Vec<String>,
+    pub keep_failures: bool,
+    pub max_attempts: Option<u64>,
+}
+
+/// What is recorded.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RecordBody {
+    /// Names of usual cameras, or own ones; none at all is possible.
+    pub cameras: Vec<Value>,
+    /// Side of the images of usual cameras.
+    pub size_px: u32,
+    pub fps: u32,
+    pub depth: bool,
+    pub instance_ids: bool,
+}
+
+impl Default for EpisodesBody {
+    fn default() -> Self {
+        Self {
+            title: None,
+            robot: "panda".to_owned(),
+            task: None,
+            tasks: None,
+            count: 0,
+            seed: 0,
+            randomize: json!("usual"),
+            record: RecordBody::default(),
+            formats: vec!["lerobot-v3.0".to_owned()],
+            keep_failures: false,
+            max_attempts: None,
+        }
+    }
+}
+
+impl Default for RecordBody {
+    fn default() -> Self {
+        let cameras = ["side", "front", "wrist"].map(|name| json!(name)).to_vec();
+        Self { cameras, size_px: 224, fps: 15, depth: false, instance_ids: false }
+    }
+}
+
+/// What the store wants to know of an order that will do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CheckedEpisodes {
+    /// Episodes that succeed.
+    pub count: u64,
+    pub max_attempts: u64,
+}
+
+/// Checks all of an order that can be checked without its scene. Made by `app::recording::check`.
+pub type CheckEpisodes = Arc<dyn Fn(&EpisodesBody) -> Result<CheckedEpisodes, Problem> + Send + Sync>;
+
+impl EpisodesBody {
+    /// The tasks with their pointers.
+    pub fn tasks(&self) -> Vec<(String, &Value)> {
+        let one = self.task.iter().map(|task| ("/task".to_owned(), task));
+        let several = self.tasks.iter().flatten().enumerate();
+        one.chain(several.map(|(index, task)| (format!("/tasks/{index}"), task))).collect()
+    }
+
+    /// Checks the length of texts.
+    ///
+    /// # Errors
+    ///
+    /// A [`Problem`] with every text that will not do.
+    pub(super) fn check_texts(&self, max_chars: usize) -> Result<(), Problem> {
+        let texts = self.tasks().into_iter().filter_map(|(pointer, task)| Some((pointer, task.as_str()?)));
+        let errors: Vec<FieldError> = texts
+            .filter_map(|(pointer, text)| Some(FieldError::new(pointer, check_text(text, max_chars).err()?)))
+            .collect();
+        if errors.is_empty() { Ok(()) } else { Err(Problem::invalid(errors)) }
+    }
+}
+
+/// State that a list is filtered by.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(try_from = "String")]
+pub(super) struct StateFilter(pub(super) RecordingState);
+
+impl TryFrom<String> for StateFilter {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        RecordingState::parse(&text).map(Self).ok_or("must be queued, running, finished, failed or cancelled")
+    }
+}

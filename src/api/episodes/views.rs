@@ -1,0 +1,192 @@
+//! Recordings of episodes as clients see them.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::content::media_type_of;
+use crate::api::Api;
+use crate::api::error::Problem;
+use crate::api::views::timestamp;
+use scene::{RecordingId, SceneId};
+use store::StoreError;
+use store::recordings::{RecordingArchive, RecordingFile, RecordingRow, RecordingState};
+
+/// A recording.
+#[derive(Serialize)]
+pub(super) struct RecordingView {
+    id: RecordingId,
+    scene_id: SceneId,
+    state: &'static str,
+    order: Value,
+    progress: RecordingProgressView,
+    /// How often attempts ended how.
+    attempts: BTreeMap<String, u64>,
+    failure: Option<RecordingFailureView>,
+    dataset: Option<RecordedDatasetView>,
+    created_at: String,
+    started_at: Option<String>,
+    finished_at: Option<String>,
+    pub(super) links: RecordingLinks,
+}
+
+#[derive(Serialize)]
+struct RecordingProgressView {
+    attempts: u64,
+    max_attempts: u64,
+    /// Also those beyond what is wanted.
+    successes: u64,
+    wanted: u64,
+    /// Of the attempts so far.
+    success_rate: Option<f64>,
+    /// By the pace of the attempts that were made last.
+    seconds_left: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct RecordingFailureView {
+    code: String,
+    message: String,
+}
+
+/// What was recorded.
+#[derive(Serialize)]
+struct RecordedDatasetView {
+    episodes: u64,
+    frames: u64,
+    formats: Vec<RecordedFormatView>,
+}
+
+#[derive(Serialize)]
+struct RecordedFormatView {
+    format: String,
+    files: u64,
+    /// The archive of all files.
+    archive: String,
+    /// Of the archive, bytes.
+    size: u64,
+    sha256: Option<String>,
+}
+
+#[derive(Serialize)]
+pub(super) struct RecordingLinks {
+    #[serde(rename = "self")]
+    pub(super) this: String,
+    scene: String,
+    files: String,
+    cancel: String,
+}
+
+/// The summary that the recorder stores.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Summary {
+    attempts: BTreeMap<String, u64>,
+    episodes: u64,
+    frames: u64,
+}
+
+impl RecordingView {
+    /// The view of a row, with what is read of its attempts.
+    pub(super) async fn of(api: &Api, row: RecordingRow) -> Result<Self, Problem> {
+        let this = format!("/episodes/{}", row.id);
+        let summary: Option<Summary> =
+            row.summary.map(serde_json::from_value).transpose().map_err(|error| StoreError::Corrupt {
+                table: "recordings",
+                reason: format!("summary: {error}"),
+            })?;
+        let summary = summary.unwrap_or_default();
+        let is_final = row.state.is_final();
+        let attempts = match is_final {
+            true => summary.attempts,
+            false => api.store.attempt_outcomes(&row.id).await?,
+        };
+        let seconds_left = match row.state {
+            RecordingState::Running => {
+                let pace = api.store.attempt_pace(&row.id).await?;
+                pace.map(|pace| {
+                    let missing = row.wanted.saturating_sub(row.successes) as f64;
+                    1e-3 * pace.duration_ms as f64 * missing / pace.successes as f64
+                })
+            }
+            _ => None,
+        };
+        let dataset = match row.state {
+            RecordingState::Finished => Some(RecordedDatasetView {
+                episodes: summary.episodes,
+                frames: summary.frames,
+                formats: api
+                    .store
+                    .recording_archives(&row.id)
+                    .await?
+                    .into_iter()
+                    .map(|archive| RecordedFormatView::new(&this, archive))
+                    .collect(),
+            }),
+            _ => None,
+        };
+        let progress = RecordingProgressView {
+            attempts: row.made,
+            max_attempts: row.max_attempts,
+            successes: row.successes,
+            wanted: row.wanted,
+            success_rate: (row.made > 0).then(|| row.successes as f64 / row.made as f64),
+            seconds_left,
+        };
+        let failure = row.failure_code.zip(row.failure_message);
+        Ok(Self {
+            links: RecordingLinks {
+                scene: format!("/scenes/{}", row.scene_id),
+                files: format!("{this}/files"),
+                cancel: format!("{this}/cancel"),
+                this,
+            },
+            id: row.id,
+            scene_id: row.scene_id,
+            state: row.state.as_str(),
+            order: row.request["order"].clone(),
+            progress,
+            attempts,
+            failure: failure.map(|(code, message)| RecordingFailureView { code, message }),
+            dataset,
+            created_at: timestamp(row.created_at_ms),
+            started_at: row.started_at_ms.map(timestamp),
+            finished_at: row.finished_at_ms.map(timestamp),
+        })
+    }
+}
+
+impl RecordedFormatView {
+    fn new(recording: &str, archive: RecordingArchive) -> Self {
+        Self {
+            archive: format!("{recording}/archives/{}", archive.format),
+            format: archive.format,
+            files: archive.files,
+            size: archive.size,
+            sha256: archive.digest.map(|digest| digest.to_string()),
+        }
+    }
+}
+
+/// A file of a dataset.
+#[derive(Serialize)]
+pub(super) struct RecordingFileView {
+    path: String,
+    media_type: &'static str,
+    size: u64,
+    sha256: String,
+    url: String,
+}
+
+impl RecordingFileView {
+    pub(super) fn new(id: &RecordingId, file: RecordingFile) -> Self {
+        Self {
+            url: format!("/episodes/{id}/files/{}", file.path),
+            media_type: media_type_of(&file.path),
+            path: file.path,
+            size: file.size,
+            sha256: file.digest.to_string(),
+        }
+    }
+}

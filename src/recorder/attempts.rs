@@ -1,0 +1,93 @@
+//! One attempt of a recording, made and kept.
+
+use std::sync::Arc;
+
+use tokio::sync::OwnedSemaphorePermit;
+use tokio_util::sync::CancellationToken;
+
+use super::{RecordError, Recorder, apart};
+use demonstrations::{Attempted, attempt};
+use store::recordings::{AttemptLease, Begun, MadeAttempt, RecordingRow};
+
+impl Recorder {
+    /// Makes an attempt, and writes down what came of it.
+    pub(super) async fn attempt(
+        &self,
+        recording: &RecordingRow,
+        lease: &AttemptLease,
+        slot: Arc<OwnedSemaphorePermit>,
+        shutdown: &CancellationToken,
+    ) {
+        let made = tokio::select! {
+            made = self.make(recording, lease, &slot) => made,
+            () = self.hold_attempt(lease) => Err(RecordError::GivenUp),
+            () = shutdown.cancelled() => Err(RecordError::GivenUp),
+        };
+        let Err(error) = made else { return };
+        let ended = match error.failure() {
+            Some((code, message)) => {
+                tracing::info!(recording_id = %lease.id, code, message, "episodes cannot be recorded");
+                self.store.fail_recording(lease, code, &message).await
+            }
+            None => {
+                self.broke_off(&lease.id, &error).await;
+                self.store.release_attempt(lease).await
+            }
+        };
+        if let Err(error) = ended {
+            tracing::debug!(error = error.chain(), "an attempt was not given back; its lease will run out");
+        }
+    }
+
+    async fn make(
+        &self,
+        recording: &RecordingRow,
+        lease: &AttemptLease,
+        slot: &Arc<OwnedSemaphorePermit>,
+    ) -> Result<(), RecordError> {
+        let prepared = self.prepared(recording, slot).await?;
+        if recording.identity.as_ref() != Some(&prepared.identity) {
+            match self.store.begin_recording(lease, &prepared.identity).await? {
+                Begun::Agreed => {}
+                Begun::Restarted => {
+                    tracing::warn!(
+                        recording_id = %lease.id,
+                        "the attempts so far are of another version or type of machine; recording begins anew"
+                    );
+                    return Err(RecordError::GivenUp);
+                }
+                Begun::Failed => return Err(RecordError::GivenUp),
+            }
+        }
+        let number = lease.number;
+        let attempted = apart(slot, move || {
+            let preparation = &prepared.preparation;
+            Ok(attempt(&preparation.setup, number, preparation.keeps_failures)?)
+        });
+        let (outcome, detail, unit) = match attempted.await? {
+            Attempted::Succeeded(unit) => ("success".to_owned(), String::new(), Some(unit)),
+            Attempted::Failed { reason, detail, unit } => (reason, detail, unit),
+        };
+        let unit = match unit {
+            Some(unit) => Some(self.store.blobs().put(unit.to_bytes()).await?),
+            None => None,
+        };
+        self.store.keep_attempt(lease, MadeAttempt { outcome, detail, unit }).await?;
+        Ok(())
+    }
+
+    /// Renews the lease; returns when it is lost.
+    async fn hold_attempt(&self, lease: &AttemptLease) {
+        loop {
+            tokio::time::sleep(self.lease / 4).await;
+            match self.store.renew_attempt(lease, self.lease).await {
+                Ok(true) => {}
+                Ok(false) => return,
+                // The next renewal may succeed before the lease has run out.
+                Err(error) => {
+                    tracing::debug!(error = error.chain(), "the lease of an attempt was not renewed")
+                }
+            }
+        }
+    }
+}
