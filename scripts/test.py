@@ -17,6 +17,7 @@ from pathlib import Path
 import cargo_results
 import edit_sample
 import postgres
+import robot_sample
 import tools
 import words_sample
 from beside import Beside
@@ -76,6 +77,7 @@ def main() -> int:
         ("judges' environment", finish_environment),
         ("judges", lambda: judge_sample(target, environment)),
         ("edits", lambda: check_edits(target, environment)),
+        ("robot and episodes", lambda: check_robot(target)),
         ("layers of USD", judge_layers_beside_kills),
         ("judges' own test", lambda: test_judges(target, environment)),
         ("killed while models are asked", lambda: finish_kills(kills)),
@@ -274,6 +276,10 @@ def check_edits(target: Path, environment: Path) -> str:
     # Scenes of an earlier run would be taken for those of this one.
     shutil.rmtree(folder, ignore_errors=True)
     return edit_sample.check(programs / "tabletopgen-lab", programs / "tabletopgen", folder, environment)
+
+
+def check_robot(target: Path) -> str:
+    return robot_sample.check(target / "debug" / "tabletopgen", target / "robot_sample", target)
 
 
 def make_sample(target: Path) -> str:
