@@ -1,10 +1,12 @@
 """Demonstrations of one pick and place: what they cost, who reads them, and whether they are the same again.
 
-    PYTHONPATH=scripts python3 -m bars.episodes [--target-dir target] [--count 20] [--kills 5] [--timed 20] [--train 50]
+    PYTHONPATH=scripts python3 -m bars.episodes [--target-dir target] [--count 20] [--kills 30] [--timed 20] [--train 50]
+        [--regenerated 20]
 
 A scene is generated, and `tabletopgen episodes` records a task in it in every format. LeRobot, PyAV, pyarrow, h5py and
 Pillow read all frames, and LeRobot trains (tests/judges/episodes/recorded.py). MuJoCo repeats the episodes from their
-actions (tests/judges/episodes/replay_dataset.py). The dataset is recorded again with other workers, and with kills.
+actions (tests/judges/episodes/replay_dataset.py). The dataset is recorded again with other workers, and with kills; where
+it is complete before the last kill, it is begun anew. Episodes are made again from their records.
 """
 
 import hashlib
@@ -14,7 +16,6 @@ import random
 import resource
 import signal
 import subprocess
-import time
 from pathlib import Path
 
 from bars.page import ROOT, arguments, percent, table, write
@@ -31,7 +32,7 @@ CPU_S_BAR, REPLAY_BAR = 3.6, 0.95
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], count=20, kills=5, timed=20, train=50)
+    given = arguments(__doc__.splitlines()[0], count=20, kills=30, timed=20, train=50, regenerated=20)
     folder = given.work / "episodes"
     subprocess.run(["rm", "-rf", folder], check=True)
     folder.mkdir(parents=True)
@@ -44,8 +45,10 @@ def main() -> bool:
     replays = replayed(given, scene, folder, whole)
     again = folder / "again"
     recorded(given, scene, again, "--workers", 1)
-    kills = killed(given, scene, folder / "killed", given.kills)
-    same, same_killed = digest(whole) == digest(again), digest(whole) == digest(folder / "killed")
+    same = digest(whole) == digest(again)
+    kills, completed = killed(given, scene, folder / "killed", given.kills)
+    same_killed = completed.count(digest(whole))
+    regenerated = again_from_records(given, scene, whole)
     reached = sum(one["reached"] for one in replays)
     cpu_s = costs["side,front,wrist"]["cpu_s"]
     bars = [
@@ -53,7 +56,10 @@ def main() -> bool:
         ["MuJoCo reaches the goal from the actions alone", f"{percent(reached / len(replays))} of {len(replays)}", f"{100 * REPLAY_BAR:g} %",
          reached >= REPLAY_BAR * len(replays)],
         ["Recorded again with one worker: same bytes", "yes" if same else "no", "yes", same],
-        [f"After {kills} kills: same bytes", "yes" if same_killed else "no", "yes", same_killed],
+        [f"Datasets completed during {kills} kills with the same bytes", f"{same_killed} of {len(completed)}", "all",
+         same_killed == len(completed)],
+        ["Episodes made again from their records, to the byte", f"{sum(regenerated)} of {len(regenerated)}", "all",
+         all(regenerated)],
         ["CPU seconds of an episode with three cameras", f"{cpu_s:.1f}", f"{CPU_S_BAR}", cpu_s <= CPU_S_BAR],
     ]
     rows = [[*bar[:3], "holds" if bar[3] else "DOES NOT HOLD"] for bar in bars]
@@ -128,25 +134,36 @@ def replayed(given, scene: Path, folder: Path, dataset: Path) -> list:
     return [json.loads(line) for line in text.splitlines() if line.startswith("{")]
 
 
-def killed(given, scene: Path, out: Path, kills: int) -> int:
-    """Records with so many SIGKILLs at random times, and once to the end."""
-    chance, done = random.Random(1), 0
-    for _ in range(kills):
-        process = subprocess.Popen(
-            command(given, scene, out, given.count, "--format", FORMATS, "--workers", 2),
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
-        )
+def killed(given, scene: Path, out: Path, kills: int) -> tuple:
+    """Records with so many SIGKILLs at random times; how many there were, and the digests of the datasets."""
+    chance, done, digests = random.Random(1), 0, []
+    words = command(given, scene, out, given.count, "--format", FORMATS, "--workers", 2)
+    while done < kills or not digests:
+        process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
         try:
-            process.wait(timeout=chance.uniform(3.0, 25.0))
-            break
+            process.wait(timeout=chance.uniform(2.0, 14.0) if done < kills else None)
+            digests.append(digest(out))
+            subprocess.run(["rm", "-rf", out], check=True)
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
             done += 1
-        time.sleep(0.1)
-    if not out.exists():
-        recorded(given, scene, out, "--workers", 2)
-    return done
+    if out.with_name(f"{out.name}.units").exists():
+        process = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
+        digests.append(digest(out))
+    return done, digests
+
+
+def again_from_records(given, scene: Path, dataset: Path) -> list:
+    """Of some episodes, whether `regenerate-episode` finds the recorded bytes."""
+    chosen = random.Random(2).sample(range(given.count), min(given.regenerated, given.count))
+    words = ["regenerate-episode", "--dataset", dataset, "--scene", scene, "--json", "--episode"]
+
+    def is_same(episode: int) -> bool:
+        done = subprocess.run([str(word) for word in (given.binary, *words, episode)], capture_output=True, text=True)
+        return done.returncode == 0 and json.loads(done.stdout)["same"]
+
+    return [is_same(episode) for episode in chosen]
 
 
 def digest(dataset: Path) -> str:

@@ -19,6 +19,8 @@ use crate::camera::{Mount, usual};
 use crate::setup::{SceneParts, Wanted, Work, prepare};
 use crate::{Attempted, CameraSpec, EpisodeRecord, Randomization, Setup, SetupError, attempt};
 
+mod pitfalls;
+
 fn mesh(solid: &Solid) -> TexturedMesh {
     let mut mesh = TexturedMesh::default();
     mesh.add(solid.clone(), &Material::plain("plain", Rgb::hex(0xc0_40_30), 0.5));

@@ -60,9 +60,12 @@ impl<'a> ImageSequence<'a> {
 
     fn draw_moving_shadows(&mut self) {
         let environment = &mut self.surroundings.environment;
-        let lighting = &environment.lighting;
-        let side_px = self.settings.shadow_map_px;
-        environment.moving_map = shadows_of(&self.scene_buffers, &self.moving, lighting, side_px);
+        // Finer texels than those of what stays would show no more, and take longer to search.
+        let max_texels_per_m =
+            environment.key_map.as_ref().map_or(f64::INFINITY, |map| f64::from(map.texels_per_m));
+        let (lighting, side_px) = (&environment.lighting, self.settings.shadow_map_px);
+        environment.moving_map =
+            shadows_of(&self.scene_buffers, &self.moving, lighting, side_px, max_texels_per_m);
     }
 
     /// The part of a camera's images that is the same in all of them.

@@ -70,6 +70,8 @@ fn a_dataset_is_the_same_after_a_kill_and_with_other_workers() {
     assert_eq!(report["episodes"], 2);
     assert!(report["frames"].as_u64().expect("a number") > 60, "{report}");
 
+    again(at);
+
     let with_two = [&FEW[..], &["--out", "parted", "--workers", "2"]].concat();
     let mut killed = program(at, &with_two).stderr(Stdio::null()).spawn().expect("starts");
     let begun = Instant::now();
@@ -95,6 +97,37 @@ fn a_dataset_is_the_same_after_a_kill_and_with_other_workers() {
     let differ = |path: &&PathBuf| !path.ends_with("README.md") && whole.get(*path) != parted.get(*path);
     assert_eq!(whole.keys().collect::<Vec<_>>(), parted.keys().collect::<Vec<_>>());
     assert_eq!(whole.keys().filter(differ).collect::<Vec<_>>(), Vec::<&PathBuf>::new());
+}
+
+/// Makes the second episode of a dataset again.
+fn again(at: &Path) {
+    let words = ["regenerate-episode", "--dataset", "whole", "--scene", "scene", "--episode"];
+    let made = run(at, &[&words[..], &["1", "--out", "again", "--json"]].concat());
+    assert!(made.status.success(), "{}{}", text(&made.stdout), text(&made.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&made.stdout).expect("JSON");
+    assert_eq!((&report["same"], &report["digest"]), (&true.into(), &report["recorded_digest"]));
+    let folder = |dataset: &str, number: u64| {
+        files(&at.join(format!("{dataset}/parquet-png/episodes/episode_{number:06}")))
+    };
+    let (recorded, made) = (folder("whole", 1), folder("again", 0));
+    assert!(recorded.len() > 60 && recorded.keys().eq(made.keys()));
+    let is_image = |path: &&PathBuf| path.extension().is_some_and(|end| end == "png");
+    assert!(recorded.keys().filter(is_image).all(|image| recorded[image] == made[image]));
+
+    for (options, says) in [(&["2"][..], "has 2 episodes"), (&["0", "--out", "again"], "exists")] {
+        let refused = run(at, &[&words[..], options].concat());
+        assert!(!refused.status.success());
+        assert!(text(&refused.stderr).contains(says), "{options:?}: {}", text(&refused.stderr));
+    }
+    let none = run(at, &["regenerate-episode", "--dataset", "scene", "--scene", "scene", "--episode", "0"]);
+    assert!(text(&none.stderr).contains("is no dataset"), "{}", text(&none.stderr));
+    let records = std::fs::read_to_string(at.join("whole/parquet-png/records.jsonl")).expect("records");
+    std::fs::create_dir(at.join("other")).expect("made");
+    let digest: serde_json::Value = serde_json::from_str(records.lines().next().expect("a line")).expect("JSON");
+    let digest = digest["record"]["scene"].as_str().expect("a digest").to_owned();
+    std::fs::write(at.join("other/records.jsonl"), records.replace(&digest, &"0".repeat(64))).expect("written");
+    let other = run(at, &["regenerate-episode", "--dataset", "other", "--scene", "scene", "--episode", "0"]);
+    assert!(text(&other.stderr).contains("was recorded in the bundle"), "{}", text(&other.stderr));
 }
 
 #[test]

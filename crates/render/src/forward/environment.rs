@@ -36,7 +36,7 @@ impl<'a> Environment<'a> {
         lighting: Lighting,
         shadow_map_px: u32,
     ) -> Self {
-        let key_map = shadows_of(scene_buffers, casters, &lighting, shadow_map_px);
+        let key_map = shadows_of(scene_buffers, casters, &lighting, shadow_map_px, f64::INFINITY);
         let key = Vec3A::from(lighting.toward_key.as_vec3());
         let side_box = Vec3A::new(-key.y, key.x, 0.35).normalize_or_zero();
         let rim_box = Vec3A::new(-key.x, -key.y, 0.6).normalize_or_zero();
@@ -92,13 +92,14 @@ impl<'a> Environment<'a> {
     }
 }
 
-/// The key light's map of the shadows that consecutive objects cast.
+/// The key light's map of the shadows that consecutive objects cast: [`LightMap::of_part`].
 pub fn shadows_of(
     scene_buffers: &SceneBuffers,
     casters: &Range<usize>,
     lighting: &Lighting,
     shadow_map_px: u32,
+    max_texels_per_m: f64,
 ) -> Option<LightMap> {
-    let side_px = shadow_map_px.min(4096);
-    LightMap::of_part(scene_buffers, casters, lighting.toward_key, side_px, Some(lighting.key_radius_rad))
+    let (side_px, radius_rad) = (shadow_map_px.min(4096), Some(lighting.key_radius_rad));
+    LightMap::of_part(scene_buffers, casters, lighting.toward_key, side_px, max_texels_per_m, radius_rad)
 }

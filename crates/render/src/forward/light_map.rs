@@ -59,16 +59,18 @@ impl LightMap {
         longest_side_px: u32,
         radius_rad: Option<f64>,
     ) -> Option<Self> {
-        Self::of_part(scene_buffers, &scene_buffers.all(), toward_light, longest_side_px, radius_rad)
+        let all = scene_buffers.all();
+        Self::of_part(scene_buffers, &all, toward_light, longest_side_px, f64::INFINITY, radius_rad)
     }
 
-    /// As [`Self::new`], of the shadows that consecutive objects cast. The penumbra is as wide as on the farthest of
-    /// all objects.
+    /// As [`Self::new`], of the shadows that consecutive objects cast, with texels no finer than `max_texels_per_m`.
+    /// The penumbra is as wide as on the farthest of all objects.
     pub fn of_part(
         scene_buffers: &SceneBuffers,
         casters: &Range<usize>,
         toward_light: DVec3,
         longest_side_px: u32,
+        max_texels_per_m: f64,
         radius_rad: Option<f64>,
     ) -> Option<Self> {
         if longest_side_px == 0 {
@@ -99,7 +101,7 @@ impl LightMap {
         }
         let border = f64::from(BORDER);
         let inner = f64::from(longest_side_px.max(32)) - 2.0 * border;
-        let texels_per_m = inner / extent.x.max(extent.y).max(1e-3);
+        let texels_per_m = (inner / extent.x.max(extent.y).max(1e-3)).min(max_texels_per_m);
         let (width, height) =
             [extent.x, extent.y].map(|length| (length * texels_per_m + 2.0 * border) as usize).into();
         let shift = DVec3::new(-low.x, -low.y, -low.z + 0.01);
