@@ -92,9 +92,8 @@ impl RecordingView {
     pub(super) async fn of(api: &Api, row: RecordingRow) -> Result<Self, Problem> {
         let this = format!("/episodes/{}", row.id);
         let summary: Option<Summary> =
-            row.summary.map(serde_json::from_value).transpose().map_err(|error| StoreError::Corrupt {
-                table: "recordings",
-                reason: format!("summary: {error}"),
+            row.summary.clone().map(serde_json::from_value).transpose().map_err(|error| {
+                StoreError::Corrupt { table: "recordings", reason: format!("summary: {error}") }
             })?;
         let summary = summary.unwrap_or_default();
         let is_final = row.state.is_final();
@@ -104,7 +103,7 @@ impl RecordingView {
         };
         let seconds_left = match row.state {
             RecordingState::Running => {
-                let pace = api.store.attempt_pace(&row.id).await?;
+                let pace = api.store.attempt_pace(&row).await?;
                 pace.map(|pace| {
                     let missing = row.wanted.saturating_sub(row.successes) as f64;
                     1e-3 * pace.duration_ms as f64 * missing / pace.successes as f64

@@ -6,7 +6,7 @@ use serde_json::json;
 use sqlx::{AnyConnection, Row};
 
 use super::claim::{guard_assembly, guard_attempt};
-use super::{AssemblyLease, AttemptLease, count, stored};
+use super::{AssemblyLease, AttemptLease, RecordingRow, count, stored};
 use crate::{Digest, Store, StoreError, database};
 use scene::RecordingId;
 
@@ -168,14 +168,14 @@ impl Store {
         rows.iter().map(|row| Ok((row.try_get("outcome")?, count(row, "attempts")?))).collect()
     }
 
-    /// The pace of the attempts that were made last; `None` while there are too few to tell. The caller checks the
-    /// tenant.
-    pub async fn attempt_pace(&self, id: &RecordingId) -> Result<Option<AttemptPace>, StoreError> {
+    /// The pace of the attempts that were made last, or of all while there are few; `None` before the first success.
+    /// The caller checks the tenant.
+    pub async fn attempt_pace(&self, recording: &RecordingRow) -> Result<Option<AttemptPace>, StoreError> {
         let rows = sqlx::query(
             "SELECT outcome, made_at FROM recording_attempts
              WHERE recording_id = $1 AND outcome IS NOT NULL ORDER BY number DESC LIMIT $2",
         )
-        .bind(id.as_str())
+        .bind(recording.id.as_str())
         .bind(PACE_ATTEMPTS)
         .fetch_all(&self.readers)
         .await?;
@@ -185,10 +185,15 @@ impl Store {
             made.push((made_at, row.try_get::<String, _>("outcome")? == SUCCESS));
         }
         made.sort_unstable();
-        let (Some((first_ms, _)), Some((last_ms, _))) = (made.first(), made.last()) else { return Ok(None) };
-        // The first one took its time before it was made.
-        let successes = made.iter().skip(1).filter(|(_, succeeded)| *succeeded).count() as u64;
-        let duration_ms = last_ms - first_ms;
+        let last_ms = made.last().map(|(made_at, _)| *made_at);
+        let first_ms = if made.len() < PACE_ATTEMPTS as usize {
+            recording.started_at_ms
+        } else {
+            // The first one took its time before it was made.
+            Some(made.remove(0).0)
+        };
+        let successes = made.iter().filter(|(_, succeeded)| *succeeded).count() as u64;
+        let duration_ms = last_ms.zip(first_ms).map_or(0, |(last, first)| last - first);
         Ok((successes > 0 && duration_ms > 0).then_some(AttemptPace { successes, duration_ms }))
     }
 

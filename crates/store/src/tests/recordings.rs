@@ -85,6 +85,8 @@ pub(super) async fn attempts_are_given_out_once_and_the_rest_goes_on_after_a_dea
     assert_eq!(work(&other, "a").await, None, "an attempt before that success is still being made");
     let row = one.recording(&DEFAULT_TENANT, &id).await.expect("reads").expect("is there");
     assert_eq!((row.state, row.made, row.successes), (RecordingState::Running, 3, 2));
+    let pace = one.attempt_pace(&row).await.expect("reads");
+    assert!(pace.is_none_or(|pace| pace.successes == 2), "{pace:?}");
     let kept = other.kept_attempts(&id).await.expect("reads");
     let kept: Vec<_> = kept.iter().map(|kept| (kept.number, kept.tries, kept.made.is_success())).collect();
     assert_eq!(kept, [(0, 1, false), (1, 2, true), (3, 1, true)]);
