@@ -23,7 +23,7 @@ from observation import Chain, base_from_objects, observed  # noqa: E402
 from replay import REST_S, judged  # noqa: E402
 from replay_dataset import Episode, opening_per_position  # noqa: E402
 
-# An object that has risen by this has been lifted.
+# An object that has risen by this, and still stands as it did, has been lifted: one that falls over may rise, too.
 LIFTED_M = 0.03
 # The largest angle of an upright object.
 UPRIGHT_RAD = 0.5
@@ -86,7 +86,8 @@ class Rollout(Episode):
             share = (self.data.time - began_s) / self.frame_s
             self.send(self.last + share * (wanted - self.last))
         self.last = wanted
-        self.risen_m = max(self.risen_m, self.data.body(self.moved).xpos[2] - self.start_m[2])
+        if self.turned_rad() < UPRIGHT_RAD:
+            self.risen_m = max(self.risen_m, float(self.data.body(self.moved).xpos[2] - self.start_m[2]))
 
     def hold(self, seconds: float) -> None:
         until_s = self.data.time + seconds
@@ -101,10 +102,14 @@ class Rollout(Episode):
 
     def failure(self) -> str:
         """How a task that is not done went wrong."""
-        turned = np.arccos(np.clip(self.data.body(self.moved).xmat.reshape(3, 3)[2] @ self.up, -1.0, 1.0))
+        is_upright = self.turned_rad() < UPRIGHT_RAD
         if self.risen_m < LIFTED_M:
-            return "knocked over" if turned > UPRIGHT_RAD else "not lifted"
-        return "fell over after it was lifted" if turned > UPRIGHT_RAD else "lifted, but not at its place"
+            return "not lifted" if is_upright else "knocked over"
+        return "lifted, but not at its place" if is_upright else "fell over after it was lifted"
+
+    def turned_rad(self) -> float:
+        """How far the object is turned from upright."""
+        return float(np.arccos(np.clip(self.data.body(self.moved).xmat.reshape(3, 3)[2] @ self.up, -1.0, 1.0)))
 
 
 def main() -> None:
@@ -134,7 +139,7 @@ def main() -> None:
 
 
 def pose_record(matrix: np.ndarray) -> dict:
-    w, x, y, z = quaternion = np.zeros(4)
+    quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, matrix[:3, :3].ravel())
     w, x, y, z = map(float, quaternion)
     return {"translation_m": matrix[:3, 3].tolist(), "rotation_xyzw": [x, y, z, w]}
