@@ -16,8 +16,10 @@ use episodes::{DatasetAssembler, EpisodeError, EpisodeUnit};
 
 /// Arguments of `regenerate-episode`.
 #[derive(Debug, Args)]
-#[command(after_help = "The exit code is 6 if the episode is not the same to the byte, as with another version of the \
-                        program.")]
+#[command(
+    after_help = "The exit code is 6 if the episode is not the same to the byte, as with another version of the \
+                        program."
+)]
 pub struct Arguments {
     /// The dataset: a folder with records.jsonl, or one that has it in its folders
     #[arg(long, value_name = "DIR")]
@@ -108,6 +110,9 @@ fn records_of(dataset: &Path) -> Result<PathBuf, Failure> {
     formats.sort();
     let places = std::iter::once(dataset.join(NAME)).chain(formats);
     places.into_iter().find(|path| path.is_file()).ok_or_else(|| {
-        Failure::usage(format!("{} is no dataset: neither it nor a folder in it has {NAME}", dataset.display()))
+        Failure::usage(format!(
+            "{} is no dataset: neither it nor a folder in it has {NAME}",
+            dataset.display()
+        ))
     })
 }

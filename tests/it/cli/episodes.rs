@@ -123,9 +123,11 @@ fn again(at: &Path) {
     assert!(text(&none.stderr).contains("is no dataset"), "{}", text(&none.stderr));
     let records = std::fs::read_to_string(at.join("whole/parquet-png/records.jsonl")).expect("records");
     std::fs::create_dir(at.join("other")).expect("made");
-    let digest: serde_json::Value = serde_json::from_str(records.lines().next().expect("a line")).expect("JSON");
+    let digest: serde_json::Value =
+        serde_json::from_str(records.lines().next().expect("a line")).expect("JSON");
     let digest = digest["record"]["scene"].as_str().expect("a digest").to_owned();
-    std::fs::write(at.join("other/records.jsonl"), records.replace(&digest, &"0".repeat(64))).expect("written");
+    std::fs::write(at.join("other/records.jsonl"), records.replace(&digest, &"0".repeat(64)))
+        .expect("written");
     let other = run(at, &["regenerate-episode", "--dataset", "other", "--scene", "scene", "--episode", "0"]);
     assert!(text(&other.stderr).contains("was recorded in the bundle"), "{}", text(&other.stderr));
 }

@@ -12,17 +12,25 @@ use crate::sample::Sample;
 fn initial_state_is_complete() {
     let (setup, unit) = episode(Randomization::USUAL);
     let record: EpisodeRecord = serde_json::from_value(unit.header().record.clone()).expect("a record");
-    let present: Vec<&str> =
-        record.sample.objects.iter().filter(|object| object.present).map(|object| object.name.as_str()).collect();
+    let present: Vec<&str> = record
+        .sample
+        .objects
+        .iter()
+        .filter(|object| object.present)
+        .map(|object| object.name.as_str())
+        .collect();
     let posed: Vec<&str> = record.initial_poses.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(present, posed, "every object that is there has a pose, and no other");
     let drawn = |factor: f64| (0.8..=1.2).contains(&factor) && factor != 1.0;
-    assert!(record.sample.objects.iter().all(|object| drawn(object.mass_factor) && drawn(object.friction_factor)));
+    assert!(
+        record.sample.objects.iter().all(|object| drawn(object.mass_factor) && drawn(object.friction_factor))
+    );
     let (home, start) = (setup.robot.home().positions.clone(), &record.sample.joint_positions_rad);
     assert!(home.iter().zip(start).all(|(home, start)| (home - start).abs() <= 0.05));
     // The first state is that start, but for the idle frames that were left out.
     let measured = &unit.state()[..start.len()];
-    let off = start.iter().zip(measured).map(|(start, now)| (start - f64::from(*now)).abs()).fold(0.0, f64::max);
+    let off =
+        start.iter().zip(measured).map(|(start, now)| (start - f64::from(*now)).abs()).fold(0.0, f64::max);
     assert!(off < 0.02, "the first state is {off} rad from the start");
 }
 

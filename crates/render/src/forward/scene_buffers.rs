@@ -120,9 +120,10 @@ impl<'a> SceneBuffers<'a> {
             *point = world_from_object.transform_point(*p).as_vec3a();
         }
         if let Some(mut facings) = self.facings.take() {
-            let triangles = self.triangles_of(&(index..index + 1));
-            for triangle in triangles.start as usize..triangles.end as usize {
-                facings[triangle] = self.facing(&self.triangles[triangle]);
+            let moved = self.triangles_of(&(index..index + 1));
+            let moved = moved.start as usize..moved.end as usize;
+            for (facing, triangle) in facings[moved.clone()].iter_mut().zip(&self.triangles[moved]) {
+                *facing = self.facing(triangle);
             }
             self.facings = OnceLock::from(facings);
         }

@@ -23,15 +23,15 @@ struct Meshes {
 
 impl Meshes {
     fn new() -> Self {
-        let paint = |color: u32| Material::plain("paint", Rgb::hex(color), 0.4);
+        let matte = |color: u32| Material::plain("matte", Rgb::hex(color), 0.4);
         let glass = Material { opacity: 0.3, ..Material::plain("glass", Rgb::hex(0xf0f8ff), 0.1) };
         Self {
             table: mesh(
                 shapes::block(DVec3::new(1.0, 0.7, 0.03)).translated(-0.03 * DVec3::Z),
-                &paint(0xb08050),
+                &matte(0xb08050),
             ),
-            ball: mesh(shapes::sphere(0.06, 40), &paint(0xc03020)),
-            block: mesh(shapes::block(DVec3::new(0.08, 0.2, 0.15)), &paint(0x3060c0)),
+            ball: mesh(shapes::sphere(0.06, 40), &matte(0xc03020)),
+            block: mesh(shapes::block(DVec3::new(0.08, 0.2, 0.15)), &matte(0x3060c0)),
             pane: mesh(shapes::block(DVec3::new(0.15, 0.01, 0.12)), &glass),
         }
     }
@@ -108,7 +108,7 @@ fn images_over_a_layer_are_those_that_are_drawn_in_full() {
 }
 
 #[test]
-fn a_sequence_looks_like_single_images() {
+fn sequence_is_close_to_single_images() {
     let meshes = Meshes::new();
     let (lighting, background) = light();
     let (still, moving) = (meshes.still(false), meshes.moving(2));

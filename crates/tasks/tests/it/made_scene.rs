@@ -56,8 +56,7 @@ pub fn made_scene() -> TaskScene {
         let movable = !matches!(category, "laptop" | "desk_lamp" | "storage_box");
         let shape = ObjectShape::new(hulls, 0.5 * size_m * DVec3::Z, 0.2, movable).expect("convex hulls");
         let world_from_object = Pose::upright(DVec2::from(at_m).extend(bottom_m), 0.0);
-        let object =
-            PosedObject::new(InstanceId::new(name).expect(name), Arc::new(shape), world_from_object);
+        let object = PosedObject::new(InstanceId::new(name).expect(name), Arc::new(shape), world_from_object);
         described.push(EditableObject {
             name: object.name.clone(),
             label: label.to_owned(),
