@@ -77,9 +77,9 @@ fn attempts_without_a_grasp_end_with_their_reason() {
     let setup = setup_with(wanted(Vec::new(), Randomization::USUAL)).expect("a setup");
     for number in 0..3 {
         match attempt(&setup, number, false).expect("no fault") {
-            Attempted::Failed { reason, detail, unit } => {
-                assert_eq!(reason, "no_grasp", "{detail}");
-                assert!(unit.is_none() && detail.contains("block_1"), "{detail}");
+            Attempted::Failed { reason, unit, .. } => {
+                assert_eq!(reason, "no_grasp");
+                assert!(unit.is_none());
             }
             Attempted::Succeeded(_) => panic!("there is no grasp"),
         }
