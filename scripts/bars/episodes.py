@@ -1,12 +1,13 @@
 """Demonstrations of one pick and place: what they cost, who reads them, and whether they are the same again.
 
     PYTHONPATH=scripts python3 -m bars.episodes [--target-dir target] [--count 20] [--kills 30] [--timed 20] [--train 50]
-        [--regenerated 20]
+        [--regenerated 20] [--only all|speed]
 
 A scene is generated, and `tabletopgen episodes` records a task in it in every format. LeRobot, PyAV, pyarrow, h5py and
 Pillow read all frames, and LeRobot trains (tests/judges/episodes/recorded.py). MuJoCo repeats the episodes from their
 actions (tests/judges/episodes/replay_dataset.py). The dataset is recorded again with other workers, and with kills; where
-it is complete before the last kill, it is begun anew. Episodes are made again from their records.
+it is complete before the last kill, it is begun anew. Episodes are made again from their records. `speed` measures images
+beside MuJoCo's renderer and Embree (tests/judges/episodes/speed.py).
 """
 
 import hashlib
@@ -18,7 +19,7 @@ import signal
 import subprocess
 from pathlib import Path
 
-from bars.page import ROOT, arguments, percent, table, write
+from bars.page import ROOT, arguments, percent, table, write, write_section
 from bars.run import run
 from server import Problem
 from virtual_environment import environment_of
@@ -29,16 +30,20 @@ TASK = "put the carrot in the bowl"
 FORMATS = "lerobot-v3.0,lerobot-v3.0-images,lerobot-v2.1,robomimic,parquet-png"
 # CPU seconds of an episode of about 8 s at 15 Hz with three cameras of 224 x 224 pixels, as LeRobot v3.0 with video.
 CPU_S_BAR, REPLAY_BAR = 3.6, 0.95
+SPEED, SPEED_IMAGES, SPEED_EPISODES = "Images beside other renderers", 90, 3
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], count=20, kills=30, timed=20, train=50, regenerated=20)
+    given = arguments(__doc__.splitlines()[0], count=20, kills=30, timed=20, train=50, regenerated=20, only="all")
+    if given.only == "speed":
+        write_section("episodes", "--only speed", SPEED, speed(given, given.work / "episodes_speed"))
+        return True
     folder = given.work / "episodes"
     subprocess.run(["rm", "-rf", folder], check=True)
     folder.mkdir(parents=True)
     scene = folder / "scene"
     told(given.binary, "generate", "--text", SENTENCE, "--seed", SCENE_SEED, "--out", scene)
-    costs = {kind: cost(given, scene, folder / f"timed_{kind}", kind) for kind in ("none", "side,front,wrist")}
+    costs = {kind: cost(given, scene, folder / f"timed_{kind}", kind, given.timed) for kind in ("none", "side,front,wrist")}
     whole = folder / "whole"
     report = recorded(given, scene, whole, "--workers", 2)
     read = read_by_others(given, whole)
@@ -79,6 +84,7 @@ def main() -> bool:
         "User and system time of the whole command with LeRobot v3.0, less that of recording one episode, over the others. "
         f"No process took more than {costs['side,front,wrist']['mb']:.0f} MB.",
     ]
+    body += [f"## {SPEED}", speed(given, given.work / "episodes_speed")]
     write("episodes", "Episodes", "\n\n".join(body))
     return all(bar[3] for bar in bars)
 
@@ -99,18 +105,47 @@ def recorded(given, scene: Path, out: Path, *more) -> dict:
     return json.loads(told(*command(given, scene, out, given.count, "--format", FORMATS, *more)))
 
 
-def cost(given, scene: Path, out: Path, cameras: str) -> dict:
+def cost(given, scene: Path, out: Path, cameras: str, episodes: int) -> dict:
     """CPU seconds of an episode: of so many and one, less those of one."""
     used, report, memory_mb = [], {}, 0.0
-    for count in (1, given.timed + 1):
+    for count in (1, episodes + 1):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         report = json.loads(told(*command(given, scene, out.with_name(f"{out.name}_{count}"), count, "--cameras", cameras)))
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         used.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
         memory_mb = after.ru_maxrss / 1024
     attempts = sum(report["attempts"].values())
-    return {"episodes": given.timed, "attempts": attempts, "cpu_s": (used[1] - used[0]) / given.timed,
+    return {"episodes": episodes, "attempts": attempts, "cpu_s": (used[1] - used[0]) / episodes,
             "frames": report["frames"] / report["episodes"], "mb": memory_mb}
+
+
+def speed(given, folder: Path) -> str:
+    """CPU time of an image here and of others, alternating, of the same scene, in words."""
+    subprocess.run(["rm", "-rf", folder], check=True)
+    folder.mkdir(parents=True)
+    scene, execution = folder / "scene", folder / "execution"
+    told(given.binary, "generate", "--text", SENTENCE, "--seed", SCENE_SEED, "--out", scene)
+    told(given.binary, "execute", "--scene", scene, "--task", TASK, "--out", execution)
+    pins = (JUDGES / "episodes" / "speed_requirements.txt").read_text(encoding="utf-8").split("\n")
+    python = environment_of(given.target_dir, "speed-judges", [pin for pin in pins if pin and not pin.startswith("#")])
+    words = [python / "bin/python", JUDGES / "episodes" / "speed.py", execution / "mjcf" / "scene_with_panda.xml", SPEED_IMAGES]
+    own_ms, others = [], []
+    for turn in range(2):
+        kinds = ("none", "side,front,wrist")
+        timed = {kind: cost(given, scene, folder / f"{turn}_{kind}", kind, SPEED_EPISODES) for kind in kinds}
+        without, with_cameras = (timed[kind] for kind in kinds)
+        own_ms.append(1e3 * (with_cameras["cpu_s"] - without["cpu_s"]) / (3 * with_cameras["frames"]))
+        others.append(json.loads(told("env", "MUJOCO_GL=egl", *words)))
+    rows = [
+        ["here: light, shadows, four samples a pixel, and the video of it", *(f"{ms:.1f}" for ms in own_ms)],
+        ["MuJoCo's renderer by EGL in software, as it is set up by default", *(f"{one['mujoco_ms']:.1f}" for one in others)],
+        ["Embree: the first triangle at each pixel", *(f"{one['embree_ms']:.1f}" for one in others)],
+    ]
+    return "\n\n".join([
+        table(["CPU ms an image", "first turn", "second turn"], rows),
+        f"Three cameras of 224 x 224 pixels at each pose of the arm, {others[0]['triangles']} triangles. Two of the cameras here "
+        "do not move, and draw what stays once; the others draw all of each image, and Embree builds its tree once for three.",
+    ])
 
 
 def read_by_others(given, dataset: Path) -> dict:
