@@ -1,6 +1,7 @@
 //! Demonstrations of tasks in the scene of a bundle, recorded as a dataset that policies are trained on.
 
 mod body;
+mod card;
 pub mod order;
 pub mod recorder;
 pub mod regenerate;
@@ -21,6 +22,7 @@ use robot::model::Robot;
 use store::Digest;
 
 pub use body::ordered;
+pub use card::card;
 pub use order::{Cameras, EpisodesOrder};
 
 /// What all demonstrations of an order share. Takes seconds: grasps are tried in simulation.

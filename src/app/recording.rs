@@ -8,13 +8,12 @@ use serde::Deserialize;
 use serde_json::Value;
 use tokio_util::sync::CancellationToken;
 
-use super::episodes::{EpisodesOrder, ordered, setup};
+use super::episodes::{EpisodesOrder, card, ordered, setup};
 use super::executions::TaskSource;
 use crate::api::Problem;
 use crate::api::episodes::{CheckEpisodes, CheckedEpisodes, EpisodesBody};
 use crate::config::Resolved;
 use crate::recorder::{Preparation, Prepare, Recorder, RecorderSettings, Refusal};
-use episodes::card::DatasetCard;
 use store::Store;
 
 /// Records episodes from now on until `shutdown`, in a folder of `data_dir`.
@@ -56,20 +55,6 @@ fn prepare(resolved: &Resolved) -> Prepare {
         let card = card(title(&body, &order), &resolved, &setup);
         Ok(Preparation { setup, card, keeps_failures: order.keeps_failures })
     })
-}
-
-/// The card of a dataset, as the command line writes it.
-fn card(title: String, resolved: &Resolved, setup: &demonstrations::Setup) -> DatasetCard {
-    DatasetCard {
-        title,
-        license: resolved.config.export.licence.clone(),
-        versions: vec![("tabletopgen".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
-        randomization: setup.randomization().table(),
-        regeneration:
-            "The same command with the bundle whose digest the records state makes them again, to the byte."
-                .to_owned(),
-        ..DatasetCard::default()
-    }
 }
 
 /// The title that was given, or the instructions.

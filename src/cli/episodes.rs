@@ -15,10 +15,9 @@ use super::options::ConfigOptions;
 use super::{Exit, Failure, runtime, scene_summary, signals, terminal};
 use crate::app::episodes::order::{FORMATS, format_named};
 use crate::app::episodes::recorder::{Amount, RecordError, Recorded, Tally, record};
-use crate::app::episodes::{Cameras, EpisodesOrder, setup};
+use crate::app::episodes::{Cameras, EpisodesOrder, card, setup};
 use demonstrations::randomization::AXES;
 use demonstrations::{CameraSpec, Randomization};
-use episodes::card::DatasetCard;
 use episodes::format::Format;
 use scene::request::MAX_SEED;
 
@@ -130,16 +129,7 @@ fn record_episodes(arguments: &Arguments) -> Result<Exit, Failure> {
         keeps_failures: order.keeps_failures,
         workers: arguments.workers.unwrap_or_else(cores),
     };
-    let card = DatasetCard {
-        title: title(arguments),
-        license: resolved.config.export.licence.clone(),
-        versions: vec![("tabletopgen".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
-        randomization: setup.randomization().table(),
-        regeneration:
-            "The same command with the bundle whose digest the records state makes them again, to the byte."
-                .to_owned(),
-        ..DatasetCard::default()
-    };
+    let card = card(title(arguments), &resolved, &setup);
     let waiting = runtime()?;
     let stop = stop_flag(&waiting)?;
     let progress = Progress::new(order.count, arguments.json);

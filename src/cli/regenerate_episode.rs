@@ -9,9 +9,10 @@ use super::bundle_input::BundleInput;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, scene_summary, terminal};
+use crate::app::episodes::card;
 use crate::app::episodes::regenerate::{RecordedEpisode, recorded_episode, regenerate, setup_of};
+use crate::config::Resolved;
 use demonstrations::Setup;
-use episodes::card::DatasetCard;
 use episodes::{DatasetAssembler, EpisodeError, EpisodeUnit};
 
 /// Arguments of `regenerate-episode`.
@@ -58,7 +59,8 @@ fn again(arguments: &Arguments) -> Result<Exit, Failure> {
     let made = regenerate(&setup, &episode).map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
     let made = made.map_err(|what| Failure::new(Exit::TaskFailed, what))?;
     if let Some(out) = &arguments.out {
-        write(&setup, out, &made.unit).map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
+        write(&setup, &resolved, out, &made.unit)
+            .map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
     }
     let (digest, frames) = (made.unit.digest(), made.unit.frames());
     if arguments.json {
@@ -89,12 +91,9 @@ fn summary(episode: &RecordedEpisode, frames: usize, is_same: bool) -> String {
     format!("episode {}, {frames} frames: {verdict}\n", episode.episode_index)
 }
 
-fn write(setup: &Setup, out: &Path, unit: &EpisodeUnit) -> Result<(), EpisodeError> {
-    let card = DatasetCard {
-        title: out.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-        versions: vec![("tabletopgen".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
-        ..DatasetCard::default()
-    };
+fn write(setup: &Setup, resolved: &Resolved, out: &Path, unit: &EpisodeUnit) -> Result<(), EpisodeError> {
+    let title = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let card = card(title, resolved, setup);
     let mut dataset = DatasetAssembler::create(out, setup.description().clone(), setup.formats(), card)?;
     dataset.add(unit)?;
     dataset.finish()?;
