@@ -20,6 +20,7 @@ use crate::lerobot::v30::{FileLimits, LeRobotV30};
 use crate::parquet_and_png::ParquetAndPng;
 use crate::part_folder::{PartFolder, make_folder, write_file};
 use crate::placement::Placement;
+use crate::strip::strip_path;
 use crate::robomimic::Robomimic;
 use crate::unit::EpisodeUnit;
 
@@ -108,6 +109,7 @@ impl DatasetAssembler {
         for (_, writer) in &mut self.writers {
             writer.add(unit, &place, &self.description, &statistics)?;
         }
+        self.add_strips(unit, &place)?;
         let header = unit.header();
         self.records.add(&json!({
             "episode_index": place.episode_index,
@@ -129,6 +131,20 @@ impl DatasetAssembler {
         summary.seeds = Some((min.min(header.seed), max.max(header.seed)));
         self.last_number = Some(header.number);
         Ok(place)
+    }
+
+    /// Writes the strips of an episode into the folder of each format.
+    fn add_strips(&self, unit: &EpisodeUnit, place: &Placement) -> Result<(), EpisodeError> {
+        for (format, _) in &self.writers {
+            for (camera, track) in self.description.cameras().iter().zip(unit.cameras()) {
+                let path = self.part.path(format.folder()).join(strip_path(place.episode_index, &camera.name));
+                if let Some(folder) = path.parent() {
+                    make_folder(folder)?;
+                }
+                write_file(&path, &track.strip_png)?;
+            }
+        }
+        Ok(())
     }
 
     fn check(&self, unit: &EpisodeUnit) -> Result<(), EpisodeError> {

@@ -8,6 +8,7 @@ use crate::format::Encodings;
 use crate::frame::CameraFrame;
 use crate::pixels::{gray_png, millimeters, rgb_of, rgb_png, zlib};
 use crate::statistics::histogram::ImageHistogram;
+use crate::strip::StripFrames;
 
 /// The frames of one camera in one episode. A list is empty where its encoding was not asked for or not recorded.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,6 +31,8 @@ pub struct CameraTrack {
     pub depth_zlib: Vec<Vec<u8>>,
     /// u16 or u32, as described.
     pub ids_zlib: Vec<Vec<u8>>,
+    /// A few of the frames side by side, as PNG.
+    pub strip_png: Vec<u8>,
 }
 
 /// Encodes the frames of one camera one by one.
@@ -37,6 +40,7 @@ pub(crate) struct CameraEncoder {
     camera: CameraDescription,
     encodings: Encodings,
     video: Option<VideoEncoder>,
+    strip: StripFrames,
     track: CameraTrack,
 }
 
@@ -44,7 +48,8 @@ impl CameraEncoder {
     pub fn new(camera: &CameraDescription, encodings: Encodings, fps: u32) -> Result<Self, VideoError> {
         let begin = || VideoEncoder::new(camera.width_px, camera.height_px, f64::from(fps));
         let video = encodings.video.then(begin).transpose()?;
-        Ok(Self { camera: camera.clone(), encodings, video, track: CameraTrack::default() })
+        let (strip, track) = (StripFrames::default(), CameraTrack::default());
+        Ok(Self { camera: camera.clone(), encodings, video, strip, track })
     }
 
     /// Adds a frame that was checked.
@@ -52,6 +57,7 @@ impl CameraEncoder {
         if let Some(video) = &mut self.video {
             video.add(frame.image)?;
         }
+        self.strip.add(frame.image);
         let track = &mut self.track;
         track.intrinsics.extend(frame.intrinsics.map(|number| number as f32));
         track.world_from_camera.extend(frame.world_from_camera.map(|number| number as f32));
@@ -100,6 +106,6 @@ impl CameraEncoder {
 
     pub fn finish(self) -> CameraTrack {
         let video = self.video.map(VideoEncoder::into_samples).unwrap_or_default();
-        CameraTrack { video, ..self.track }
+        CameraTrack { video, strip_png: self.strip.finish().unwrap_or_default(), ..self.track }
     }
 }

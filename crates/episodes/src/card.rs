@@ -6,7 +6,11 @@ use std::fmt::Write;
 use crate::dataset_statistics::image_key;
 use crate::description::DatasetDescription;
 use crate::format::{DepthStorage, Format, ImageStorage};
+use crate::strip::strip_path;
 use crate::vector_layout::VectorLayout;
+
+/// Episodes whose strips the card shows.
+const SHOWN_STRIPS: u64 = 4;
 
 /// What the caller knows about a dataset and the crate does not.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -73,6 +77,16 @@ pub(crate) fn card_text(
     }
     if !card.regeneration.is_empty() {
         line(format!("{}\n", card.regeneration.trim()));
+    }
+    if !description.cameras().is_empty() && summary.episodes > 0 {
+        line("## Strips\n\n`strips` has a few frames of each episode and camera, from its beginning to its end.\n".into());
+        for episode in 0..summary.episodes.min(SHOWN_STRIPS) {
+            for camera in description.cameras() {
+                let path = strip_path(episode, &camera.name);
+                line(format!("![episode {episode}, camera {}]({path})", camera.name));
+            }
+        }
+        line(String::new());
     }
     line(format!("## Randomization\n\n{}\n", or_none(&card.randomization)));
     line(format!("## Outcomes\n\nEpisodes in the dataset:\n\n{}", count_table(&summary.outcomes)));

@@ -23,6 +23,7 @@ pub mod episode;
 // One episode.
 pub mod format;
 mod pixels;
+mod strip;
 pub mod statistics;
 pub mod camera_track;
 pub mod encoder;

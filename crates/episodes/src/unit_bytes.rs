@@ -2,12 +2,12 @@
 //!
 //! | part | content |
 //! | --- | --- |
-//! | 8 bytes | `EPISODE1`: the last character is the version |
+//! | 8 bytes | `EPISODE2`: the last character is the version |
 //! | fields | each a length of 8 bytes, little-endian, and as many bytes |
 //! | 32 bytes | SHA-256 of all before |
 //!
 //! The first field is JSON with description, encodings, header, outcome, frames and cameras. State and action follow.
-//! Each camera has ten fields. A list of byte strings is a field whose content has the form of fields. Numbers are
+//! Each camera has eleven fields. A list of byte strings is a field whose content has the form of fields. Numbers are
 //! little-endian.
 
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ use crate::format::Encodings;
 use crate::statistics::histogram::ImageHistogram;
 use crate::unit::EpisodeUnit;
 
-const MAGIC: &[u8; 8] = b"EPISODE1";
+const MAGIC: &[u8; 8] = b"EPISODE2";
 pub(crate) const DIGEST_BYTES: usize = 32;
 
 #[derive(Serialize, Deserialize)]
@@ -66,6 +66,7 @@ pub(crate) fn write(unit: &EpisodeUnit) -> Vec<u8> {
         ] {
             field(&mut bytes, &list(blobs));
         }
+        field(&mut bytes, &camera.strip_png);
     }
     let digest = Sha256::digest(&bytes);
     bytes.extend(digest);
@@ -124,6 +125,7 @@ fn camera(rest: &mut &[u8]) -> Option<CameraTrack> {
         rgb_zlib: blobs()?,
         depth_zlib: blobs()?,
         ids_zlib: blobs()?,
+        strip_png: next(rest)?.to_vec(),
     })
 }
 

@@ -134,3 +134,20 @@ fn card_states_what_is_in_the_dataset() {
         assert!(card.contains(part), "the card lacks `{part}`:\n{card}");
     }
 }
+
+#[test]
+fn strips_show_frames_of_every_episode_and_camera() {
+    let dataset = dataset(&[V30, PLAIN]);
+    for (format, episode) in [(V30, 0), (V30, 4), (PLAIN, 3)] {
+        let path = dataset.path(format, &format!("strips/chunk-000/episode_{episode:06}_front.png"));
+        let strip = imaging::codec::decode_png(&fs::read(path).expect("a strip")).expect("PNG");
+        let first = scene::image(episode, 0);
+        assert_eq!((strip.width_px(), strip.height_px()), (8 * first.width_px(), first.height_px()));
+        for (x, y) in [(3, 5), (40, 44), (60, 50), (95, 63)] {
+            assert_eq!(strip.pixel(x, y), first.pixel(x, y));
+        }
+    }
+    let card = dataset.text(V30, "README.md");
+    assert!(card.contains("![episode 3, camera wrist](strips/chunk-000/episode_000003_wrist.png)"), "{card}");
+    assert!(!card.contains("![episode 4"), "{card}");
+}
