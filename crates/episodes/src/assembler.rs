@@ -20,8 +20,8 @@ use crate::lerobot::v30::{FileLimits, LeRobotV30};
 use crate::parquet_and_png::ParquetAndPng;
 use crate::part_folder::{PartFolder, make_folder, write_file};
 use crate::placement::Placement;
-use crate::strip::strip_path;
 use crate::robomimic::Robomimic;
+use crate::strip::strip_path;
 use crate::unit::EpisodeUnit;
 
 /// A dataset that is being written.
@@ -137,7 +137,8 @@ impl DatasetAssembler {
     fn add_strips(&self, unit: &EpisodeUnit, place: &Placement) -> Result<(), EpisodeError> {
         for (format, _) in &self.writers {
             for (camera, track) in self.description.cameras().iter().zip(unit.cameras()) {
-                let path = self.part.path(format.folder()).join(strip_path(place.episode_index, &camera.name));
+                let path =
+                    self.part.path(format.folder()).join(strip_path(place.episode_index, &camera.name));
                 if let Some(folder) = path.parent() {
                     make_folder(folder)?;
                 }

@@ -1,4 +1,4 @@
-//! A strip of an episode: a few of its frames of one camera, side by side, for people who look through a dataset.
+//! A strip of an episode: a few of its frames of one camera, side by side, for people who choose a dataset.
 
 use image::RgbImage;
 use image::imageops::{replace, thumbnail};
