@@ -151,7 +151,8 @@ class Server:
 
     def _check_disk(self):
         """A server whose disk is full waits for room; nobody else need wait with it."""
-        free = shutil.disk_usage(self.data).free
+        # An interface alone may have made no folder yet.
+        free = shutil.disk_usage(self.data if self.data.exists() else self.data.parent).free
         if free < FULL_BYTES:
             raise Problem(f"the disk of {self.data} is full ({free // 1000} kB left); free some space, or set TMPDIR")
 
