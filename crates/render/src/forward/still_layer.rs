@@ -197,7 +197,7 @@ impl LitBand {
         let mut tone_mapper = ToneMapper::default();
         for (pixel, lights) in of_pixels.into_iter().enumerate() {
             band.first_light.push(band.lights.len() as u32);
-            let bytes = exposed(&mut tone_mapper, pixel / width, &lights, |_| 1.0);
+            let bytes = exposed(&mut tone_mapper, pixel / width, &lights, &[1.0; MAX_SAMPLES]);
             band.rgba[4 * pixel..][..4].copy_from_slice(&bytes);
             band.lights.extend(lights);
         }
@@ -219,29 +219,31 @@ impl LitBand {
                 continue;
             }
             let lights = &self.lights[self.first_light[pixel] as usize..self.first_light[pixel + 1] as usize];
-            let passing = |light: &StillLight| match light.key == Vec3::ZERO {
-                true => 1.0,
-                false => environment.past_moving(light.point, light.flat_normal, light.turn),
-            };
-            if lights.iter().all(|light| passing(light) == 1.0) {
+            let mut passing = [1.0; MAX_SAMPLES];
+            for (passing, light) in
+                passing.iter_mut().zip(lights).filter(|(_, light)| light.key != Vec3::ZERO)
+            {
+                *passing = environment.past_moving(light.point, light.flat_normal, light.turn);
+            }
+            if passing == [1.0; MAX_SAMPLES] {
                 bytes.copy_from_slice(&self.rgba[4 * pixel..][..4]);
             } else {
-                bytes.copy_from_slice(&exposed(&mut tone_mapper, row, lights, passing));
+                bytes.copy_from_slice(&exposed(&mut tone_mapper, row, lights, &passing));
             }
         }
     }
 }
 
-/// The color of a pixel where this share of the key light passes what moves.
+/// The color of a pixel where these shares of the key light pass what moves, one for each of its lights.
 fn exposed(
     tone_mapper: &mut ToneMapper,
     row: usize,
     lights: &[StillLight],
-    passing: impl Fn(&StillLight) -> f32,
+    passing: &[f32; MAX_SAMPLES],
 ) -> [u8; 4] {
     let mut seen = [Vec3::ZERO; MAX_SAMPLES];
-    for (seen, light) in seen.iter_mut().zip(lights) {
-        *seen = light.base + light.key * passing(light);
+    for ((seen, light), passing) in seen.iter_mut().zip(lights).zip(passing) {
+        *seen = light.base + light.key * *passing;
     }
     tone_mapper.encode(row, &PixelLight::Uneven(&seen[..lights.len()]))
 }
