@@ -18,6 +18,7 @@ mod data_uri;
 mod json_detail;
 pub mod scenes;
 mod terms;
+mod accepted;
 mod enqueue;
 pub mod parent;
 mod edit_operations;

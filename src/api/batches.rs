@@ -11,11 +11,11 @@ mod views;
 
 use axum::Json;
 use axum::extract::{Path, Request, State};
-use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 
 use super::Api;
+use super::accepted::accepted_at;
 use super::enqueue::idempotency_key;
 use super::error::{Problem, ProblemType};
 use super::json_body::{json_bytes, media_type, parse};
@@ -142,12 +142,7 @@ pub async fn retry(
 /// 202 with the batch and its address.
 async fn accepted(api: &Api, batch_id: &BatchId) -> Result<Response, Problem> {
     let view = view(api, batch_id).await?;
-    let location = HeaderValue::from_str(&view.links.this);
-    let mut response = (StatusCode::ACCEPTED, Json(view)).into_response();
-    if let Ok(location) = location {
-        response.headers_mut().insert(header::LOCATION, location);
-    }
-    Ok(response)
+    Ok(accepted_at(&view.links.this, &view))
 }
 
 async fn view(api: &Api, batch_id: &BatchId) -> Result<BatchView, Problem> {

@@ -8,13 +8,14 @@ mod views;
 
 use axum::Json;
 use axum::extract::{Path, Request, State};
-use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::Api;
+use super::accepted::accepted_at;
 use super::download::{Content, Download, respond};
 use super::enqueue::idempotency_key;
 use super::error::{Problem, ProblemType};
@@ -200,12 +201,7 @@ fn damaged() -> Problem {
 /// 202 with the dataset and its address.
 async fn accepted(api: &Api, dataset_id: &DatasetId) -> Result<Response, Problem> {
     let view = DatasetView::new(find(api, dataset_id).await?);
-    let location = HeaderValue::from_str(&view.links.this);
-    let mut response = (StatusCode::ACCEPTED, Json(view)).into_response();
-    if let Ok(location) = location {
-        response.headers_mut().insert(header::LOCATION, location);
-    }
-    Ok(response)
+    Ok(accepted_at(&view.links.this, &view))
 }
 
 /// The dataset id in a path. A text that is no id names no dataset.

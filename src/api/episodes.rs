@@ -10,12 +10,13 @@ mod views;
 
 use axum::Json;
 use axum::extract::{Path, Request, State};
-use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::Api;
+use super::accepted::accepted_at;
 use super::admission::overloaded;
 use super::download::{Download, respond};
 use super::enqueue::idempotency_key;
@@ -230,12 +231,7 @@ fn damaged() -> Problem {
 /// 202 with the recording and its address.
 async fn accepted(api: &Api, recording_id: &RecordingId) -> Result<Response, Problem> {
     let view = RecordingView::of(api, find(api, recording_id).await?).await?;
-    let location = HeaderValue::from_str(&view.links.this);
-    let mut response = (StatusCode::ACCEPTED, Json(view)).into_response();
-    if let Ok(location) = location {
-        response.headers_mut().insert(header::LOCATION, location);
-    }
-    Ok(response)
+    Ok(accepted_at(&view.links.this, &view))
 }
 
 /// The recording id in a path. A text that is no id names no recording.

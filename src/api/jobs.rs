@@ -2,12 +2,13 @@
 
 use axum::Json;
 use axum::extract::{Path, Request, State};
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::Api;
+use super::accepted::accepted_at;
 use super::error::{Problem, ProblemType};
 use super::query::{IdFilter, PageSize, PageToken, Parameters, Time};
 use super::submission::{json_bytes, media_type, parse};
@@ -132,12 +133,7 @@ pub async fn retry(
         RetryOutcome::Created { job_id, scene_id } => {
             spans::submitted(&scene_id, &job_id);
             let view = view(&api, find(&api, &job_id).await?).await?;
-            let location = HeaderValue::from_str(&view.links.this);
-            let mut response = (StatusCode::ACCEPTED, Json(view)).into_response();
-            if let Ok(location) = location {
-                response.headers_mut().insert(header::LOCATION, location);
-            }
-            Ok(response)
+            Ok(accepted_at(&view.links.this, &view))
         }
         RetryOutcome::NotFound => Err(Problem::not_found("job", job_id.as_str())),
         RetryOutcome::StillActive => conflict(
