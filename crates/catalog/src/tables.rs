@@ -17,6 +17,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use self::finish::Finish;
+pub use self::finish::refinished;
 use super::mesh_cache::Cache;
 use geometry::{Outline, Rgb, Solid, TexturedMesh};
 use runtime::seed::child_rng;

@@ -3,8 +3,29 @@
 use rand::RngExt;
 
 use crate::texture::{marble, wood_grain, wood_planks};
-use geometry::{Material, Rgb};
+use geometry::{Material, Rgb, TexturedMesh};
 use runtime::seed::Rng;
+
+/// Names of materials of tops and of frames, as [`Finish::choose`] gives them.
+const TOPS: [&str; 8] = ["oak", "walnut", "pine", "birch", "paint", "marble", "glass", "steel"];
+const FRAMES: [&str; 5] = ["oak_frame", "walnut_frame", "pine_frame", "birch_frame", "frame_paint"];
+
+/// The mesh of a table of this catalog with the finish of another material: one of [`super::TABLE_MATERIALS`]. Its
+/// materials keep their names. `None` for a mesh whose materials are not those of a table of the catalog.
+pub fn refinished(mesh: &TexturedMesh, material: &str, rng: &mut Rng) -> Option<TexturedMesh> {
+    mesh.materials.iter().find(|known| TOPS.contains(&known.name.as_str()))?;
+    let finish = Finish::choose("table", None, Some(material), rng);
+    let mut refinished = mesh.clone();
+    for known in &mut refinished.materials {
+        let other = match known.name.as_str() {
+            name if TOPS.contains(&name) => &finish.top,
+            name if FRAMES.contains(&name) => &finish.frame,
+            _ => continue,
+        };
+        *known = Material { name: std::mem::take(&mut known.name), ..other.clone() };
+    }
+    Some(refinished)
+}
 
 /// Materials of one table.
 pub struct Finish {
@@ -81,4 +102,41 @@ fn timber(name: &str, color: Option<Rgb>, rng: &mut Rng) -> (Material, Material)
     let top = Material::textured(name, wood_planks(color, 4, rng), 0.5);
     let frame = Material::textured(&format!("{name}_frame"), wood_grain(color.scaled(0.93), rng), 0.55);
     (top, frame)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tables::{TABLE_MATERIALS, build_table, table_models};
+    use runtime::seed::child_rng;
+
+    #[test]
+    fn every_table_takes_every_finish_and_keeps_its_shape() {
+        for model in table_models() {
+            for before in TABLE_MATERIALS {
+                let mesh =
+                    build_table(model.name, model.high_m, None, Some(before), 3).expect("a model").mesh;
+                for material in TABLE_MATERIALS {
+                    let other = refinished(&mesh, material, &mut child_rng(1, material)).expect("a table");
+                    let built = build_table(model.name, model.high_m, None, Some(material), 3);
+                    let built = built.expect("a model").mesh;
+                    let top = |mesh: &TexturedMesh| {
+                        let is_top = |known: &&Material| TOPS.contains(&known.name.as_str());
+                        let top = mesh.materials.iter().find(is_top).expect("a top").clone();
+                        (top.base_color, top.base_color_texture.is_some(), top.metalness.to_bits())
+                    };
+                    assert_eq!(top(&other), top(&built), "{} of {before} in {material}", model.name);
+                    assert_eq!((&other.positions, &other.groups), (&mesh.positions, &mesh.groups));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_table_of_the_catalog_has_no_other_finish() {
+        let mut mesh = TexturedMesh::default();
+        let solid = geometry::shapes::block(glam::DVec3::ONE);
+        mesh.add(solid, &Material::plain("photographed", Rgb::hex(0x80_80_80), 0.5));
+        assert_eq!(refinished(&mesh, "oak", &mut child_rng(1, "oak")), None);
+    }
 }
