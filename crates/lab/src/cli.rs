@@ -8,6 +8,7 @@ pub mod grasp_categories;
 pub mod grasp_trials;
 pub mod parse;
 pub mod pick_place;
+pub mod repeat_motion;
 pub mod synthesize;
 pub mod split;
 
@@ -37,6 +38,8 @@ enum Command {
     GraspCategories(grasp_categories::Arguments),
     /// Try grasps of the objects in the scene of a bundle, one JSON document per object.
     GraspTrials(grasp_trials::Arguments),
+    /// Step the world of an execution along its recorded motion, for timing.
+    RepeatMotion(repeat_motion::Arguments),
     /// Serve the protocols of all remote models with the embedded adapters, for use without keys.
     MockVendors(mock_vendors::Arguments),
 }
@@ -50,6 +53,7 @@ pub fn main() -> ExitCode {
         Command::PickPlace(arguments) => pick_place::run(arguments),
         Command::GraspCategories(arguments) => grasp_categories::run(arguments),
         Command::GraspTrials(arguments) => grasp_trials::run(arguments),
+        Command::RepeatMotion(arguments) => repeat_motion::run(arguments),
         Command::MockVendors(arguments) => mock_vendors::run(arguments),
     })
 }
