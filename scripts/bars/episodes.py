@@ -7,7 +7,7 @@ A scene is generated, and `tabletopgen episodes` records a task in it in every f
 Pillow read all frames, and LeRobot trains (tests/judges/episodes/recorded.py). MuJoCo repeats the episodes from their
 actions (tests/judges/episodes/replay_dataset.py). The dataset is recorded again with other workers, and with kills; where
 it is complete before the last kill, it is begun anew. Episodes are made again from their records. `speed` measures images
-beside MuJoCo's renderer and Embree (tests/judges/episodes/speed.py).
+beside MuJoCo's renderer and Embree (tests/judges/episodes/speed.py), and steps beside MuJoCo and PhysX (stepping.py).
 """
 
 import hashlib
@@ -19,7 +19,7 @@ import signal
 import subprocess
 from pathlib import Path
 
-from bars.page import ROOT, arguments, percent, table, write, write_section
+from bars.page import ROOT, arguments, lab_beside, percent, table, write, write_section
 from bars.run import run
 from server import Problem
 from virtual_environment import environment_of
@@ -28,9 +28,11 @@ JUDGES = ROOT / "tests" / "judges"
 SENTENCE, SCENE_SEED = "A kitchen table with a carrot, a gray bowl, a banana, a mug and two plates", 11
 TASK = "put the carrot in the bowl"
 FORMATS = "lerobot-v3.0,lerobot-v3.0-images,lerobot-v2.1,robomimic,parquet-png"
+# All that can be recorded.
+ALL = ["--format", FORMATS, "--depth", "--instance-ids", "--point-cloud", 512]
 # CPU seconds of an episode of about 8 s at 15 Hz with three cameras of 224 x 224 pixels, as LeRobot v3.0 with video.
 CPU_S_BAR, REPLAY_BAR = 3.6, 0.95
-SPEED, SPEED_IMAGES, SPEED_EPISODES = "Images beside other renderers", 90, 3
+SPEED, SPEED_IMAGES, SPEED_EPISODES = "Images and steps beside other programs", 90, 3
 
 
 def main() -> bool:
@@ -54,10 +56,15 @@ def main() -> bool:
     kills, completed = killed(given, scene, folder / "killed", given.kills)
     same_killed = completed.count(digest(whole))
     regenerated = again_from_records(given, scene, whole)
+    wide = folder / "wide"
+    wide_report = recorded(given, scene, wide, "--workers", 2, "--randomize", "wide")
+    wide_read, wide_regenerated = read_by_others(given, wide), again_from_records(given, scene, wide)
+    complaints = len(read["complaints"]) + len(wide_read["complaints"])
+    regenerated += wide_regenerated
     reached = sum(one["reached"] for one in replays)
     cpu_s = costs["side,front,wrist"]["cpu_s"]
     bars = [
-        ["Complaints of LeRobot, PyAV, pyarrow, h5py and Pillow", len(read["complaints"]), "0", not read["complaints"]],
+        ["Complaints of LeRobot, PyAV, pyarrow, h5py and Pillow", complaints, "0", complaints == 0],
         ["MuJoCo reaches the goal from the actions alone", f"{percent(reached / len(replays))} of {len(replays)}", f"{100 * REPLAY_BAR:g} %",
          reached >= REPLAY_BAR * len(replays)],
         ["Recorded again with one worker: same bytes", "yes" if same else "no", "yes", same],
@@ -71,9 +78,10 @@ def main() -> bool:
     body = [
         table(["", "found", "bar", ""], rows),
         f"\"{TASK}\" in a scene of the sentence \"{SENTENCE}\", seed {SCENE_SEED}, by the Panda; randomization as usual.",
-        f"{report['episodes']} episodes, {report['frames']} frames at {report['fps']} Hz, {sum(report['attempts'].values())} "
-        "attempts: " + ", ".join(f"{times} {outcome}" for outcome, times in sorted(report["attempts"].items())) + ".",
-        f"{read['checks']} checks by other programs; the largest error of a decoded video frame is {read['worst_rms']} rms "
+        f"{attempted(report)}.",
+        f"With `--randomize wide`, other objects and materials among it: {attempted(wide_report)}. MuJoCo does not repeat these, "
+        "since other objects are not in the MJCF of the scene.",
+        f"{read['checks'] + wide_read['checks']} checks by other programs; the largest error of a decoded video frame is {read['worst_rms']} rms "
         f"of 255. LeRobot's loss after {given.train} steps of training: {read['trained_loss']}.",
         "## Cost",
         table(
@@ -89,6 +97,12 @@ def main() -> bool:
     return all(bar[3] for bar in bars)
 
 
+def attempted(report: dict) -> str:
+    outcomes = ", ".join(f"{times} {outcome}" for outcome, times in sorted(report["attempts"].items()))
+    return (f"{report['episodes']} episodes, {report['frames']} frames at {report['fps']} Hz, "
+            f"{sum(report['attempts'].values())} attempts: {outcomes}")
+
+
 def told(*words) -> str:
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
     if done.returncode != 0:
@@ -102,7 +116,7 @@ def command(given, scene: Path, out: Path, count: int, *more) -> list:
 
 
 def recorded(given, scene: Path, out: Path, *more) -> dict:
-    return json.loads(told(*command(given, scene, out, given.count, "--format", FORMATS, *more)))
+    return json.loads(told(*command(given, scene, out, given.count, *ALL, *more)))
 
 
 def cost(given, scene: Path, out: Path, cameras: str, episodes: int) -> dict:
@@ -136,6 +150,13 @@ def speed(given, folder: Path) -> str:
         without, with_cameras = (timed[kind] for kind in kinds)
         own_ms.append(1e3 * (with_cameras["cpu_s"] - without["cpu_s"]) / (3 * with_cameras["frames"]))
         others.append(json.loads(told("env", "MUJOCO_GL=egl", *words)))
+    words = [python / "bin/python", JUDGES / "episodes" / "stepping.py", lab_beside(given.binary), scene, execution]
+    stepped = [json.loads(told(*words).splitlines()[-1]) for _ in range(2)]
+    steps = [
+        ["here", *(f"{one['own_us']:.0f}" for one in stepped), "-"],
+        ["MuJoCo, with the options of the MJCF", *(f"{one['mujoco_us']:.0f}" for one in stepped), f"{stepped[0]['mujoco_apart_mm']:.1f}"],
+        ["PhysX, as SAPIEN sets it up", *(f"{one['physx_us']:.0f}" for one in stepped), f"{stepped[0]['physx_apart_mm']:.1f}"],
+    ]
     rows = [
         ["here: light, shadows, four samples a pixel, and the video of it", *(f"{ms:.1f}" for ms in own_ms)],
         ["MuJoCo's renderer by EGL in software, as it is set up by default", *(f"{one['mujoco_ms']:.1f}" for one in others)],
@@ -145,6 +166,9 @@ def speed(given, folder: Path) -> str:
         table(["CPU ms an image", "first turn", "second turn"], rows),
         f"Three cameras of 224 x 224 pixels at each pose of the arm, {others[0]['triangles']} triangles. Two of the cameras here "
         "do not move, and draw what stays once; the others draw all of each image, and Embree builds its tree once for three.",
+        table(["CPU \u00b5s a step", "first turn", "second turn", "moved object ends elsewhere, mm"], steps),
+        f"{stepped[0]['steps']} steps of 2 ms along the recorded targets of the task, each held until the next: the Panda, "
+        f"{stepped[0]['objects']} objects and the table, {stepped[0]['hulls']} hulls.",
     ])
 
 
@@ -172,7 +196,7 @@ def replayed(given, scene: Path, folder: Path, dataset: Path) -> list:
 def killed(given, scene: Path, out: Path, kills: int) -> tuple:
     """Records with so many SIGKILLs at random times; how many there were, and the digests of the datasets."""
     chance, done, digests = random.Random(1), 0, []
-    words = command(given, scene, out, given.count, "--format", FORMATS, "--workers", 2)
+    words = command(given, scene, out, given.count, *ALL, "--workers", 2)
     while done < kills or not digests:
         process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
         try:

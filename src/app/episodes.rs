@@ -2,6 +2,7 @@
 
 mod body;
 mod card;
+mod distractors;
 pub mod order;
 pub mod recorder;
 pub mod regenerate;
@@ -23,9 +24,10 @@ use store::Digest;
 
 pub use body::ordered;
 pub use card::card;
+use distractors::distractors;
 pub use order::{Cameras, EpisodesOrder};
 
-/// What all demonstrations of an order share. Takes seconds: grasps are tried in simulation.
+/// What all demonstrations of an order share. Takes seconds: grasps are tried in simulation, and distractors made.
 ///
 /// # Errors
 ///
@@ -36,14 +38,16 @@ pub fn setup(archive: &[u8], order: &EpisodesOrder, resolved: &Resolved) -> Resu
     let bundle = bundle_of(archive)?;
     let robot = Robot::built_in(&order.robot, None)
         .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
-    let parts = parts_of(archive, &bundle)?;
+    let mut parts = parts_of(archive, &bundle)?;
     let works = works(&bundle, &parts.scene, &robot, order, resolved)?;
     let cameras = cameras(order, &works[0], &parts.scene);
+    parts.distractors = distractors(&bundle, &order.randomization, order.seed, resolved);
     let wanted = Wanted {
         cameras,
         fps: order.fps,
         depth: order.depth,
         instance_ids: order.instance_ids,
+        points: order.points,
         randomization: order.randomization,
         seed: order.seed,
         formats: order.formats.clone(),
@@ -62,7 +66,8 @@ fn parts_of(archive: &[u8], bundle: &BundleScene) -> Result<SceneParts, Problem>
         std::iter::once("table").chain(scene.objects.iter().map(|object| object.name.as_str())).collect();
     let meshes = scene_meshes(archive, &names)?;
     let supporters = bundle.stored.composition.supports.supporters().to_vec();
-    Ok(SceneParts { scene, supporters, meshes, digest: Digest::of(archive).to_string() })
+    let digest = Digest::of(archive).to_string();
+    Ok(SceneParts { scene, supporters, meshes, distractors: Vec::new(), digest })
 }
 
 fn works(

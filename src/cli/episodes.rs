@@ -13,7 +13,7 @@ use super::execute::source;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, runtime, scene_summary, signals, terminal};
-use crate::app::episodes::order::{FORMATS, format_named};
+use crate::app::episodes::order::{FORMATS, MAX_POINTS, format_named};
 use crate::app::episodes::recorder::{Amount, RecordError, Recorded, Tally, record};
 use crate::app::episodes::{Cameras, EpisodesOrder, card, setup};
 use demonstrations::randomization::AXES;
@@ -72,8 +72,11 @@ pub struct Arguments {
     /// Also record which object is at each pixel (robomimic and parquet-png)
     #[arg(long)]
     instance_ids: bool,
-    /// What differs between episodes: usual, none, or a file with amplitudes
-    #[arg(long, value_name = "usual|none|FILE", default_value = "usual")]
+    /// Also record a cloud of N points of what all cameras see (robomimic and parquet-png)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_POINTS)))]
+    point_cloud: Option<u32>,
+    /// What differs between episodes: usual, wide (other objects and materials, too), none, or a file with amplitudes
+    #[arg(long, value_name = "usual|wide|none|FILE", default_value = "usual")]
     randomize: String,
     /// Change one amplitude of --randomize, such as position_m=0.1 (repeatable)
     #[arg(long, value_name = "AXIS=X", value_parser = amplitude)]
@@ -157,6 +160,7 @@ fn order(arguments: &Arguments) -> Result<EpisodesOrder, Failure> {
         fps: arguments.fps,
         depth: arguments.depth,
         instance_ids: arguments.instance_ids,
+        points: arguments.point_cloud,
         formats,
         keeps_failures: arguments.keep_failures,
         max_attempts: arguments
@@ -166,10 +170,9 @@ fn order(arguments: &Arguments) -> Result<EpisodesOrder, Failure> {
 }
 
 fn randomization(arguments: &Arguments) -> Result<Randomization, Failure> {
-    let base = match arguments.randomize.as_str() {
-        "usual" => Randomization::USUAL,
-        "none" => Randomization::NONE,
-        file => read_json(file, "amplitudes of --randomize")?,
+    let base = match Randomization::named(&arguments.randomize) {
+        Some(named) => named,
+        None => read_json(&arguments.randomize, "amplitudes of --randomize")?,
     };
     let mut value = json!(base);
     for (name, amplitude) in &arguments.amplitude {

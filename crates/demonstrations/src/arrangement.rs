@@ -25,14 +25,14 @@ fn root(setup: &Setup, object: usize) -> usize {
     at
 }
 
-/// Which objects are present. A stack stays if the task names any of it, or if its lowest object was not drawn as
-/// absent.
+/// Which objects of the scene are present. A stack stays if the task names any of it, or if its lowest object was not
+/// drawn as absent.
 pub(crate) fn present(setup: &Setup, work: &Work, absent: &[bool]) -> Vec<bool> {
     let is_named = |object: usize| {
         let name = setup.scene.objects[object].name.as_str();
         work.task.goal.named_objects().iter().any(|named| named.as_str() == name)
     };
-    let objects = 0..setup.scene.objects.len();
+    let objects = 0..setup.own_objects();
     let stays = |root_index: usize| {
         !absent[root_index]
             || objects.clone().any(|other| root(setup, other) == root_index && is_named(other))
@@ -40,14 +40,16 @@ pub(crate) fn present(setup: &Setup, work: &Work, absent: &[bool]) -> Vec<bool> 
     objects.clone().map(|object| stays(root(setup, object))).collect()
 }
 
-/// Poses of all objects. Those that are absent keep theirs and are not in the way. `None` if no arrangement was found.
+/// Poses of all objects of the scene. Those that are absent keep theirs and are not in the way. `None` if no
+/// arrangement was found.
 pub(crate) fn poses(
     setup: &Setup,
     present: &[bool],
     ranges: &Randomization,
     rng: &mut impl Rng,
 ) -> Option<Vec<Pose>> {
-    let start = setup.scene.poses();
+    let mut start = setup.scene.poses();
+    start.truncate(setup.own_objects());
     if ranges.position_m == 0.0 && ranges.yaw_rad == 0.0 {
         return Some(start);
     }
@@ -93,20 +95,29 @@ fn is_free(
     placed: &[usize],
     poses: &[Pose],
 ) -> bool {
-    let posed =
-        |object: usize, pose: &Pose| PosedShape { shape: &setup.shapes[object], world_from_object: *pose };
     group.iter().zip(moved).all(|(object, pose)| {
         let stays_on = depth_inside_m(setup, *object, pose)
             >= depth_inside_m(setup, *object, &start[*object]).min(-OVERHANG_M);
-        stays_on
-            && placed
-                .iter()
-                .all(|other| !are_closer(&posed(*object, pose), &posed(*other, &poses[*other]), GAP_M))
+        stays_on && is_apart(setup, *object, pose, placed, poses, GAP_M)
     })
 }
 
+/// Whether an object at a pose is at least `gap_m` from each of those that are placed.
+pub(crate) fn is_apart(
+    setup: &Setup,
+    object: usize,
+    pose: &Pose,
+    placed: &[usize],
+    poses: &[Pose],
+    gap_m: f64,
+) -> bool {
+    let posed =
+        |object: usize, pose: &Pose| PosedShape { shape: &setup.shapes[object], world_from_object: *pose };
+    placed.iter().all(|other| !are_closer(&posed(object, pose), &posed(*other, &poses[*other]), gap_m))
+}
+
 /// How far all of an object is inside the edge of the table; negative where it reaches over it.
-fn depth_inside_m(setup: &Setup, object: usize, world_from_object: &Pose) -> f64 {
+pub(crate) fn depth_inside_m(setup: &Setup, object: usize, world_from_object: &Pose) -> f64 {
     let points = setup.shapes[object].points(world_from_object);
     points.map(|point| setup.scene.outline.depth_inside_m(point.truncate())).fold(f64::INFINITY, f64::min)
 }

@@ -5,6 +5,7 @@ use episodes::EpisodeError;
 use episodes::EpisodeUnit;
 use episodes::episode::{EpisodeHeader, Outcome};
 use episodes::frame::{CameraFrame, Frame};
+use episodes::point_cloud::PointCloud;
 use manipulation::execution::{Execution, RobotStart, TaskScene, execute};
 use manipulation::world::WorldOptions;
 use physics::{Body, SettleSettings};
@@ -12,6 +13,7 @@ use runtime::CancelFlag;
 use runtime::seed::{child_rng, child_seed};
 
 use crate::motion_window::motion_window;
+use crate::point_cloud::points;
 use crate::record::{self, EpisodeRecord};
 use crate::sample::Sample;
 use crate::setup::{Setup, Work};
@@ -171,6 +173,7 @@ fn recorded(
         fps: description.fps(),
         depth: description.cameras().iter().any(|camera| camera.depth),
         instance_ids: description.cameras().iter().any(|camera| camera.instance_ids.is_some()),
+        points: description.points(),
         cameras: setup.cameras.clone(),
         randomization: setup.randomization,
         world_from_base: work.world_from_base,
@@ -201,8 +204,14 @@ fn recorded(
                 world_from_camera: view.world_from_camera,
             })
             .collect();
+        let points = description.points().map(|count| points(&views, count as usize));
+        let points = points.as_ref().map(|points| PointCloud {
+            positions_m: &points.positions_m,
+            colors: &points.colors,
+            instance_ids: &points.instance_ids,
+        });
         let (state, action) = (state(&setup.robot, &pair[0]), action(&setup.robot, &pair[1]));
-        encoder.add(&Frame { state: &state, action: &action, cameras: &cameras })?;
+        encoder.add(&Frame { state: &state, action: &action, cameras: &cameras, points })?;
     }
     encoder.finish(outcome).map(|unit| Some(Box::new(unit)))
 }

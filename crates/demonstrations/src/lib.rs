@@ -12,12 +12,15 @@ pub mod randomization;
 mod spread;
 pub mod sample;
 mod arrangement;
+mod distractors;
+mod finish;
 
 // What is recorded.
 pub mod camera;
 mod motion_window;
 pub mod vectors;
 mod stage;
+mod point_cloud;
 
 // Attempts.
 pub mod setup;
@@ -29,6 +32,8 @@ mod tests;
 
 pub use attempt::{Attempted, attempt};
 pub use camera::{CameraSpec, Mount};
+pub use distractors::Distractor;
+pub use finish::FinishSample;
 pub use randomization::Randomization;
 pub use record::EpisodeRecord;
 pub use sample::Sample;

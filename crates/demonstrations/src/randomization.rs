@@ -14,10 +14,16 @@ pub struct Randomization {
     pub yaw_rad: f64,
     /// The probability that an object is absent which the task does not name.
     pub absent_distractors: f64,
+    /// How many other objects of the catalog there are at most; they are drawn evenly from none on.
+    pub added_distractors: f64,
     /// Factor of the colors of objects, each channel.
     pub object_color: f64,
     /// Factor of the color of the table, each channel.
     pub table_color: f64,
+    /// The probability that an object has another material of the same color.
+    pub object_material: f64,
+    /// The probability that the top of the table has another material of the catalog.
+    pub table_material: f64,
     /// Azimuth of the light, radians; half of it for the elevation.
     pub light_direction_rad: f64,
     /// Factor of the light's brightness.
@@ -57,15 +63,25 @@ const fn axis(
     Axis { name, max, unit, of, amplitude }
 }
 
+const PROBABILITY: &str = "probability";
+const OBJECTS: &str = "objects";
+
 /// All axes.
-pub const AXES: [Axis; 14] = [
+pub const AXES: [Axis; 17] = [
     axis("position_m", 0.3, "m", "objects along x and y, with what they carry", |r| r.position_m),
     axis("yaw_rad", 3.15, "rad", "objects about the vertical", |r| r.yaw_rad),
-    axis("absent_distractors", 1.0, "probability", "absence of objects that the task does not name", |r| {
+    axis("absent_distractors", 1.0, PROBABILITY, "absence of objects that the task does not name", |r| {
         r.absent_distractors
+    }),
+    axis("added_distractors", 8.0, OBJECTS, "other objects of the catalog on the table", |r| {
+        r.added_distractors
     }),
     axis("object_color", 0.5, "factor", "colors of objects, each channel", |r| r.object_color),
     axis("table_color", 0.5, "factor", "color of the table, each channel", |r| r.table_color),
+    axis("object_material", 1.0, PROBABILITY, "another material of objects, in the same color", |r| {
+        r.object_material
+    }),
+    axis("table_material", 1.0, PROBABILITY, "another material of the table's top", |r| r.table_material),
     axis("light_direction_rad", 3.15, "rad", "azimuth of the light, half of it for the elevation", |r| {
         r.light_direction_rad
     }),
@@ -85,8 +101,11 @@ impl Randomization {
         position_m: 0.0,
         yaw_rad: 0.0,
         absent_distractors: 0.0,
+        added_distractors: 0.0,
         object_color: 0.0,
         table_color: 0.0,
+        object_material: 0.0,
+        table_material: 0.0,
         light_direction_rad: 0.0,
         light_brightness: 0.0,
         backdrop_color: 0.0,
@@ -98,13 +117,16 @@ impl Randomization {
         friction: 0.0,
     };
 
-    /// Every axis by a usual amount.
+    /// The axes that leave the scene what was asked for, by a usual amount: no other objects, no other materials.
     pub const USUAL: Self = Self {
         position_m: 0.05,
         yaw_rad: 0.5,
         absent_distractors: 0.2,
+        added_distractors: 0.0,
         object_color: 0.15,
         table_color: 0.2,
+        object_material: 0.0,
+        table_material: 0.0,
         light_direction_rad: 0.6,
         light_brightness: 0.2,
         backdrop_color: 0.2,
@@ -116,15 +138,49 @@ impl Randomization {
         friction: 0.2,
     };
 
+    /// Every axis, further than usual: for policies that are to work elsewhere too.
+    pub const WIDE: Self = Self {
+        position_m: 0.08,
+        yaw_rad: 1.0,
+        absent_distractors: 0.3,
+        added_distractors: 3.0,
+        object_color: 0.25,
+        table_color: 0.3,
+        object_material: 0.3,
+        table_material: 0.5,
+        light_direction_rad: 1.2,
+        light_brightness: 0.3,
+        backdrop_color: 0.4,
+        start_rad: 0.1,
+        camera_position_m: 0.05,
+        camera_angle_rad: 0.05,
+        focal_length: 0.06,
+        mass: 0.3,
+        friction: 0.3,
+    };
+
+    /// The amplitudes of a name: `none`, `usual` or `wide`.
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "none" => Some(Self::NONE),
+            "usual" => Some(Self::USUAL),
+            "wide" => Some(Self::WIDE),
+            _ => None,
+        }
+    }
+
     /// Every amplitude that is out of its range.
     pub fn violations(&self) -> Vec<Violation> {
-        let wrong = AXES.iter().filter(|axis| !(0.0..=axis.max).contains(&(axis.amplitude)(self)));
-        wrong
-            .map(|axis| Violation {
-                pointer: format!("/{}", axis.name),
-                detail: format!("must be from 0 to {}", axis.max),
-            })
-            .collect()
+        let fault = |axis: &Axis| {
+            let amplitude = (axis.amplitude)(self);
+            let is_within = (0.0..=axis.max).contains(&amplitude);
+            match axis.unit == OBJECTS && amplitude.fract() != 0.0 {
+                true => Some(format!("must be a whole number from 0 to {}", axis.max)),
+                false => (!is_within).then(|| format!("must be from 0 to {}", axis.max)),
+            }
+        };
+        let wrong = AXES.iter().filter_map(|axis| Some((axis.name, fault(axis)?)));
+        wrong.map(|(name, detail)| Violation { pointer: format!("/{name}"), detail }).collect()
     }
 
     /// The axes that vary, as a table in Markdown.
@@ -137,7 +193,8 @@ impl Randomization {
             let amplitude = (axis.amplitude)(self);
             let range = match axis.unit {
                 "factor" => format!("{:.2} to {:.2}", 1.0 - amplitude, 1.0 + amplitude),
-                "probability" => format!("{amplitude}"),
+                PROBABILITY => format!("{amplitude}"),
+                OBJECTS => format!("0 to {amplitude}"),
                 unit => format!("-{amplitude} to {amplitude} {unit}"),
             };
             format!("| `{}` | {range} | {} |\n", axis.name, axis.of)
@@ -157,6 +214,19 @@ mod tests {
         let wrong = Randomization { mass: 0.6, yaw_rad: -0.1, start_rad: f64::NAN, ..Randomization::NONE };
         let pointers: Vec<String> = wrong.violations().into_iter().map(|v| v.pointer).collect();
         assert_eq!(pointers, ["/yaw_rad", "/start_rad", "/mass"]);
+        let wrong = Randomization { added_distractors: 1.5, ..Randomization::WIDE };
+        let pointers: Vec<String> = wrong.violations().into_iter().map(|v| v.pointer).collect();
+        assert_eq!(pointers, ["/added_distractors"]);
+    }
+
+    #[test]
+    fn wide_is_further_than_usual_in_every_axis() {
+        for axis in AXES {
+            let (usual, wide) =
+                ((axis.amplitude)(&Randomization::USUAL), (axis.amplitude)(&Randomization::WIDE));
+            assert!(usual < wide && wide <= axis.max, "{}", axis.name);
+        }
+        assert!(Randomization::WIDE.violations().is_empty());
     }
 
     #[test]

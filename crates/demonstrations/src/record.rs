@@ -11,7 +11,7 @@ use crate::randomization::Randomization;
 use crate::sample::Sample;
 
 /// The version of the form.
-pub const FORMAT: &str = "tabletopgen-episode/2";
+pub const FORMAT: &str = "tabletopgen-episode/3";
 
 /// The record of an episode.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -32,6 +32,8 @@ pub struct EpisodeRecord {
     pub fps: u32,
     pub depth: bool,
     pub instance_ids: bool,
+    /// Points in the cloud of a frame.
+    pub points: Option<u32>,
     pub cameras: Vec<CameraSpec>,
     pub randomization: Randomization,
     pub world_from_base: Pose,

@@ -6,6 +6,8 @@ use runtime::seed::child_rng;
 use serde::{Deserialize, Serialize};
 
 use crate::arrangement;
+use crate::distractors;
+use crate::finish::{self, FinishSample};
 use crate::randomization::Randomization;
 use crate::setup::{Setup, Work};
 use crate::spread::{factor, spread, tint};
@@ -13,10 +15,12 @@ use crate::spread::{factor, spread, tint};
 /// Everything that was drawn; it is stated in the episode's record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
-    /// In the order of the scene's objects.
+    /// In the order of the scene's objects; the distractors after them.
     pub objects: Vec<ObjectSample>,
     /// Factors of the table's color.
     pub table_tint: [f32; 3],
+    /// Another material of its top.
+    pub table_finish: Option<FinishSample>,
     pub light: LightSample,
     /// Factors of the backdrop's color.
     pub backdrop_tint: [f32; 3],
@@ -36,6 +40,8 @@ pub struct ObjectSample {
     pub friction_factor: f64,
     /// Factors of its color.
     pub tint: [f32; 3],
+    /// Another material of most of it.
+    pub finish: Option<FinishSample>,
 }
 
 /// The light of a demonstration, about its azimuth and elevation in [`render::Lighting::studio`].
@@ -59,22 +65,32 @@ impl Sample {
     /// Draws a sample; `None` if no free places were found for the objects.
     pub(crate) fn draw(setup: &Setup, work: &Work, ranges: &Randomization, seed: u64) -> Option<Self> {
         let rng = |axis: &str| child_rng(seed, axis);
-        let present = {
+        let mut present = {
             let mut rng = rng("absent_distractors");
             let absent: Vec<bool> =
-                setup.scene.objects.iter().map(|_| rng.random::<f64>() < ranges.absent_distractors).collect();
+                (0..setup.own_objects()).map(|_| rng.random::<f64>() < ranges.absent_distractors).collect();
             arrangement::present(setup, work, &absent)
         };
-        let poses = arrangement::poses(setup, &present, ranges, &mut rng("position"))?;
+        let mut poses = arrangement::poses(setup, &present, ranges, &mut rng("position"))?;
+        {
+            let mut rng = rng("added_distractors");
+            let count = distractors::count(&mut rng, ranges.added_distractors);
+            let added = distractors::places(setup, work, &present, &poses, count, &mut rng);
+            present.extend(added.iter().map(Option::is_some));
+            poses.extend(added.into_iter().map(|pose| pose.unwrap_or(Pose::IDENTITY)));
+        }
+        let mut material = rng("object_material");
         let (mut mass, mut friction, mut color) = (rng("mass"), rng("friction"), rng("object_color"));
         let objects = setup.scene.objects.iter().zip(present).zip(poses);
-        let objects = objects.map(|((object, present), world_from_object)| ObjectSample {
+        let objects = objects.zip(&setup.is_of_one_color);
+        let objects = objects.map(|(((object, present), world_from_object), is_of_one_color)| ObjectSample {
             name: object.name.clone(),
             present,
             world_from_object,
             mass_factor: factor(&mut mass, ranges.mass),
             friction_factor: factor(&mut friction, ranges.friction),
             tint: tint(&mut color, ranges.object_color),
+            finish: finish::of_object(&mut material, ranges.object_material).filter(|_| *is_of_one_color),
         });
         let objects = objects.collect();
         let light = {
@@ -104,6 +120,8 @@ impl Sample {
         Some(Self {
             objects,
             table_tint: tint(&mut rng("table_color"), ranges.table_color),
+            table_finish: finish::of_table(&mut rng("table_material"), ranges.table_material)
+                .filter(|_| setup.is_table_of_catalog),
             light,
             backdrop_tint: tint(&mut rng("backdrop"), ranges.backdrop_color),
             joint_positions_rad: joints.collect(),

@@ -18,6 +18,8 @@ use sha2::{Digest, Sha256};
 use tasks::Task;
 
 use crate::camera::{CameraSpec, Mount};
+use crate::distractors::Distractor;
+use crate::finish::{is_of_one_color, is_table_of_catalog};
 use crate::randomization::Randomization;
 use crate::vectors::{action_layout, state_layout};
 
@@ -35,10 +37,15 @@ pub struct Setup {
     pub(crate) scene: TaskScene,
     /// What each object stands on.
     pub(crate) supporters: Vec<Supporter>,
+    /// How many of the objects belong to the scene; the distractors follow them.
+    own_objects: usize,
     /// The collision shapes of the objects.
     pub(crate) shapes: Vec<CollisionShape>,
     /// The table first, then the objects.
     pub(crate) meshes: Vec<TexturedMesh>,
+    /// Which objects can have another material, and whether the table can.
+    pub(crate) is_of_one_color: Vec<bool>,
+    pub(crate) is_table_of_catalog: bool,
     pub(crate) link_meshes: Vec<TexturedMesh>,
     pub(crate) robot: Robot,
     pub(crate) works: Vec<Work>,
@@ -61,6 +68,8 @@ pub struct SceneParts {
     pub supporters: Vec<Supporter>,
     /// Of the table first, then of the objects.
     pub meshes: Vec<TexturedMesh>,
+    /// Other objects of which some may stand on the table. Their names are not those of objects.
+    pub distractors: Vec<Distractor>,
     /// Identifies the scene in records: a digest of what it was read from.
     pub digest: String,
 }
@@ -73,6 +82,8 @@ pub struct Wanted {
     /// Whether cameras also give depth, and the object at each pixel.
     pub depth: bool,
     pub instance_ids: bool,
+    /// Points in the cloud of each frame; `None` without clouds.
+    pub points: Option<u32>,
     pub randomization: Randomization,
     /// Everything is drawn from it.
     pub seed: u64,
@@ -158,7 +169,7 @@ impl Setup {
     ///
     /// The first value that will not do.
     pub fn new(
-        parts: SceneParts,
+        mut parts: SceneParts,
         robot: Robot,
         works: Vec<Work>,
         wanted: Wanted,
@@ -175,16 +186,21 @@ impl Setup {
                 return Err(SetupError::Parts { objects, what, given });
             }
         }
-        let shapes = parts.scene.objects.iter().map(|object| {
-            let broken = |source| SetupError::BrokenHull { name: object.name.clone(), source };
-            CollisionShape::new(&object.hulls).map_err(broken)
-        });
-        let shapes = shapes.collect::<Result<Vec<_>, _>>()?;
         for camera in &wanted.cameras {
             if let Some(fault) = camera.fault().or_else(|| inside(camera, &parts)) {
                 return Err(SetupError::Camera { camera: camera.name.clone(), fault });
             }
         }
+        for Distractor { body, mesh } in parts.distractors {
+            parts.scene.objects.push(body);
+            parts.supporters.push(Supporter::TABLE);
+            parts.meshes.push(mesh);
+        }
+        let shapes = parts.scene.objects.iter().map(|object| {
+            let broken = |source| SetupError::BrokenHull { name: object.name.clone(), source };
+            CollisionShape::new(&object.hulls).map_err(broken)
+        });
+        let shapes = shapes.collect::<Result<Vec<_>, _>>()?;
         let cameras = wanted.cameras.iter().map(|camera| CameraDescription {
             name: camera.name.clone(),
             width_px: camera.width_px,
@@ -200,11 +216,18 @@ impl Setup {
             cameras.collect(),
             instructions(&works, wanted.place.as_ref())?,
         )?;
+        let description = match wanted.points {
+            Some(points) => description.with_points(points)?,
+            None => description,
+        };
         let settings = ExecutionSettings { record_hz: f64::from(wanted.fps), ..settings.clone() };
         Ok(Self {
             link_meshes: link_meshes(&robot),
             scene: parts.scene,
             supporters: parts.supporters,
+            own_objects: objects,
+            is_of_one_color: parts.meshes[1..].iter().map(is_of_one_color).collect(),
+            is_table_of_catalog: is_table_of_catalog(&parts.meshes[0]),
             meshes: parts.meshes,
             scene_digest: parts.digest,
             shapes,
@@ -218,6 +241,11 @@ impl Setup {
             formats: wanted.formats,
             description,
         })
+    }
+
+    /// How many objects belong to the scene.
+    pub(crate) fn own_objects(&self) -> usize {
+        self.own_objects
     }
 
     pub fn description(&self) -> &DatasetDescription {

@@ -11,6 +11,7 @@ use render::{Background, ImageSequence, Lighting, RenderObject, RenderSettings, 
 use robot::kinematics::{link_poses, tool_pose};
 
 use crate::camera::Mount;
+use crate::finish::{refinished_object, refinished_table};
 use crate::sample::Sample;
 use crate::setup::{Setup, Work};
 
@@ -46,9 +47,13 @@ pub(crate) struct Props {
 
 impl Props {
     pub fn new(setup: &Setup, work: &Work, sample: &Sample) -> Self {
-        let tints = std::iter::once(sample.table_tint).chain(sample.objects.iter().map(|object| object.tint));
+        let table = refinished_table(setup.meshes[0].clone(), sample.table_finish.as_ref());
+        let objects = setup.meshes[1..].iter().zip(&sample.objects).map(|(mesh, drawn)| {
+            let finish = drawn.finish.as_ref().filter(|_| drawn.present);
+            tinted(refinished_object(mesh.clone(), finish), drawn.tint)
+        });
         let meshes: Vec<TexturedMesh> =
-            setup.meshes.iter().zip(tints).map(|(mesh, tint)| tinted(mesh, tint)).collect();
+            std::iter::once(tinted(table, sample.table_tint)).chain(objects).collect();
         let stand = stand_mesh(&meshes[0], &work.world_from_base);
         let base_m = work.world_from_base.translation_m;
         // From behind the cameras, which stand opposite to the robot.
@@ -75,7 +80,7 @@ pub(crate) struct Stage<'a> {
     moving: Vec<usize>,
     /// Of each camera that is fixed to the world.
     layers: Vec<Option<StillLayer>>,
-    /// Whether depth or ids are wanted.
+    /// Whether depth, ids or points are wanted.
     measures: bool,
 }
 
@@ -129,8 +134,9 @@ impl<'a> Stage<'a> {
             is_fixed.then(|| sequence.still_layer(&View::Perspective(camera.posed(sample, &Pose::IDENTITY))))
         });
         let layers = layers.collect();
-        let measures =
-            setup.description.cameras().iter().any(|camera| camera.depth || camera.instance_ids.is_some());
+        let description = &setup.description;
+        let measures = description.points().is_some()
+            || description.cameras().iter().any(|camera| camera.depth || camera.instance_ids.is_some());
         Self { setup, sample, world_from_base, sequence, moving, layers, measures }
     }
 
@@ -198,14 +204,13 @@ fn in_sight_m(depth_m: &f32) -> f32 {
     if *depth_m <= FAR_M { *depth_m } else { 0.0 }
 }
 
-fn tinted(mesh: &TexturedMesh, tint: [f32; 3]) -> TexturedMesh {
-    let mut tinted = mesh.clone();
-    for material in &mut tinted.materials {
+fn tinted(mut mesh: TexturedMesh, tint: [f32; 3]) -> TexturedMesh {
+    for material in &mut mesh.materials {
         let Rgb(color) = material.base_color;
         material.base_color =
             Rgb(std::array::from_fn(|channel| (color[channel] * tint[channel]).clamp(0.0, 1.0)));
     }
-    tinted
+    mesh
 }
 
 fn intrinsics(camera: &Camera) -> [f64; 9] {

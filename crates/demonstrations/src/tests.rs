@@ -16,8 +16,9 @@ use tasks::Task;
 
 use crate::arrangement;
 use crate::camera::{Mount, usual};
+use crate::sample::Sample;
 use crate::setup::{SceneParts, Wanted, Work, prepare};
-use crate::{Attempted, CameraSpec, EpisodeRecord, Randomization, Setup, SetupError, attempt};
+use crate::{Attempted, CameraSpec, Distractor, EpisodeRecord, Randomization, Setup, SetupError, attempt};
 
 mod pitfalls;
 
@@ -58,6 +59,7 @@ fn parts() -> SceneParts {
         },
         supporters: vec![Supporter::TABLE, Supporter::TABLE, Supporter::on(1), Supporter::TABLE],
         meshes: std::iter::once(mesh(&top)).chain(solids.iter().map(|(_, solid, ..)| mesh(solid))).collect(),
+        distractors: Vec::new(),
         digest: "a scene".to_owned(),
     }
 }
@@ -68,11 +70,13 @@ fn task() -> Task {
 }
 
 fn wanted(cameras: Vec<CameraSpec>, randomization: Randomization) -> Wanted {
+    let points = (!cameras.is_empty()).then_some(400);
     Wanted {
         cameras,
         fps: 10,
         depth: true,
         instance_ids: true,
+        points,
         randomization,
         seed: 5,
         formats: vec![Format::ParquetAndPng { depth: DepthStorage::ParquetMeters }],
@@ -82,10 +86,14 @@ fn wanted(cameras: Vec<CameraSpec>, randomization: Randomization) -> Wanted {
 
 /// Without grasps: nothing is simulated for it.
 fn setup_with(wanted: Wanted) -> Result<Setup, SetupError> {
+    setup_of(parts(), wanted)
+}
+
+fn setup_of(parts: SceneParts, wanted: Wanted) -> Result<Setup, SetupError> {
     let world_from_base = Pose::upright(DVec3::new(-0.5, 0.0, 0.02), 0.0);
     let work = Work { task: task(), grasps: manipulation::execution::GraspBook::new(), world_from_base };
     let robot = Robot::built_in("panda", None).expect("built in");
-    Setup::new(parts(), robot, vec![work], wanted, &test_settings::section::<ExecutionSettings>("execution"))
+    Setup::new(parts, robot, vec![work], wanted, &test_settings::section::<ExecutionSettings>("execution"))
 }
 
 fn camera(eye_m: DVec3, target_m: DVec3) -> CameraSpec {
@@ -231,6 +239,62 @@ fn extrinsics_and_depth_take_pixels_to_the_objects_that_are_there() {
         seen += 1;
     }
     assert!(seen > 20, "the plate covers {seen} pixels");
+
+    // The cloud is in the same world.
+    let points = &unit.points();
+    let coordinates = numbers(&points.positions_zlib[0], 4, 3 * 400);
+    let coordinates: Vec<f64> =
+        coordinates.as_chunks().0.iter().map(|four| f64::from(f32::from_le_bytes(*four))).collect();
+    let ids = numbers(&points.ids_zlib[0], 2, 400);
+    let ids = ids.as_chunks().0.iter().map(|two| u16::from_le_bytes(*two));
+    let of_plate = coordinates.chunks_exact(3).zip(ids).filter(|(_, id)| *id == plate);
+    let mut points_seen = 0;
+    for (at_m, _) in of_plate {
+        let in_plate = world_from_plate.inverse().transform_point(DVec3::from_slice(at_m));
+        assert!(in_plate.truncate().length() < 0.092 && (-0.002..0.017).contains(&in_plate.z), "{in_plate}");
+        points_seen += 1;
+    }
+    assert!(points_seen > 4, "the plate has {points_seen} points");
+}
+
+#[test]
+fn distractors_stand_free_on_the_table_away_from_the_robot() {
+    let mut with_distractors = parts();
+    let solids =
+        [block(DVec3::new(0.05, 0.04, 0.06)), cylinder(0.03, 0.1, 0.0, 24), block(DVec3::splat(0.03))];
+    with_distractors.distractors = solids
+        .iter()
+        .enumerate()
+        .map(|(k, solid)| Distractor {
+            body: body(&format!("distractor_{k}"), solid, 0.1, DVec3::ZERO),
+            mesh: mesh(solid),
+        })
+        .collect();
+    let ranges = Randomization { added_distractors: 2.0, object_material: 1.0, ..Randomization::USUAL };
+    let setup = setup_of(with_distractors, wanted(Vec::new(), ranges)).expect("a setup");
+    assert_eq!(setup.instances()[5..], ["tin_1", "distractor_0", "distractor_1", "distractor_2", "robot"]);
+    let mut counts = [0; 4];
+    for seed in 0..60 {
+        let Some(sample) = Sample::draw(&setup, &setup.works[0], &ranges, seed) else { continue };
+        assert_eq!(sample.objects.len(), 7);
+        assert!(sample.objects.iter().all(|object| object.finish.is_some()), "all have one color");
+        let posed: Vec<(usize, Pose)> = (0..7)
+            .filter(|index| sample.objects[*index].present)
+            .map(|index| (index, sample.objects[index].world_from_object))
+            .collect();
+        let added: Vec<&(usize, Pose)> = posed.iter().filter(|(index, _)| *index >= 4).collect();
+        counts[added.len()] += 1;
+        for (index, pose) in added {
+            let inside = |point: DVec3| setup.scene.outline.depth_inside_m(point.truncate()) > 0.01;
+            assert!(setup.shapes[*index].points(pose).all(inside), "seed {seed}");
+            assert!(pose.translation_m.distance(setup.works[0].world_from_base.translation_m) > 0.29);
+            for (other, other_pose) in posed.iter().filter(|(other, _)| other != index) {
+                let apart_m = (pose.translation_m - other_pose.translation_m).truncate().length();
+                assert!(apart_m > 0.05, "{index} and {other} of seed {seed}");
+            }
+        }
+    }
+    assert!(counts[..3].iter().all(|count| *count > 8) && counts[3] == 0, "{counts:?}");
 }
 
 fn numbers(stream: &[u8], bytes: usize, count: usize) -> Vec<u8> {

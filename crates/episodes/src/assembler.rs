@@ -20,6 +20,7 @@ use crate::lerobot::v30::{FileLimits, LeRobotV30};
 use crate::parquet_and_png::ParquetAndPng;
 use crate::part_folder::{PartFolder, make_folder, write_file};
 use crate::placement::Placement;
+use crate::preview::preview_path;
 use crate::robomimic::Robomimic;
 use crate::strip::strip_path;
 use crate::unit::EpisodeUnit;
@@ -133,7 +134,7 @@ impl DatasetAssembler {
         Ok(place)
     }
 
-    /// Writes the strips of an episode into the folder of each format.
+    /// Writes the strips of an episode into the folder of each format, and its preview where there is video.
     fn add_strips(&self, unit: &EpisodeUnit, place: &Placement) -> Result<(), EpisodeError> {
         for (format, _) in &self.writers {
             for (camera, track) in self.description.cameras().iter().zip(unit.cameras()) {
@@ -143,6 +144,10 @@ impl DatasetAssembler {
                     make_folder(folder)?;
                 }
                 write_file(&path, &track.strip_png)?;
+            }
+            if format.has_video() && !unit.preview_mp4().is_empty() {
+                let path = self.part.path(format.folder()).join(preview_path(place.episode_index));
+                write_file(&path, unit.preview_mp4())?;
             }
         }
         Ok(())
@@ -226,9 +231,7 @@ impl Writer {
                 LeRobotV21::create(root, images, description).map(Self::LeRobotV21)
             }
             Format::Robomimic => Robomimic::create(&root, description).map(Self::Robomimic),
-            Format::ParquetAndPng { depth } => {
-                ParquetAndPng::create(root, depth, description).map(Self::ParquetAndPng)
-            }
+            Format::ParquetAndPng { depth } => ParquetAndPng::create(root, depth).map(Self::ParquetAndPng),
         }
     }
 

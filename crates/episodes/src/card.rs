@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use crate::dataset_statistics::image_key;
 use crate::description::DatasetDescription;
-use crate::format::{DepthStorage, Format, ImageStorage};
+use crate::format::{DepthStorage, Encodings, Format, ImageStorage};
 use crate::strip::strip_path;
 use crate::vector_layout::VectorLayout;
 
@@ -66,7 +66,7 @@ pub(crate) fn card_text(
     line(format!("{}\n", format_text(format)));
     line("## Tasks\n".into());
     description.tasks().iter().enumerate().for_each(|(i, task)| line(format!("{i}. {task}")));
-    line(format!("\n## Features\n\n{}", feature_table(description)));
+    line(format!("\n## Features\n\n{}", feature_table(description, format)));
     line(format!("{CONVENTIONS}\n"));
     line("## Seeds and records\n".into());
     if let Some((min, max)) = summary.seeds {
@@ -80,6 +80,9 @@ pub(crate) fn card_text(
     }
     if !description.cameras().is_empty() && summary.episodes > 0 {
         line("## Strips\n\n`strips` has a few frames of each episode and camera, from its beginning to its end.\n".into());
+        if format.has_video() {
+            line("Beside them is a small video of each episode, with all cameras.\n".into());
+        }
         for episode in 0..summary.episodes.min(SHOWN_STRIPS) {
             for camera in description.cameras() {
                 let path = strip_path(episode, &camera.name);
@@ -105,6 +108,7 @@ const CONVENTIONS: &str = "\
 - Quaternions are w, x, y, z, as the names say.
 - Images are RGB; row 0 is the top.
 - Depth is along the optical axis in meters unless stated otherwise; 0 where nothing is in sight.
+- Points of `point_cloud` are x, y, z in the world, in meters, with colors and instance ids beside them.
 - `intrinsics` is K in pixels, row by row; the center of the first pixel is at (0.5, 0.5).
 - `world_from_camera` takes points of the camera to the world, row by row, in meters. Cameras have OpenCV axes: x right,
   y down, z forward.";
@@ -135,7 +139,7 @@ fn format_text(format: Format) -> String {
     }
 }
 
-fn feature_table(description: &DatasetDescription) -> String {
+fn feature_table(description: &DatasetDescription, format: Format) -> String {
     let mut table = "| feature | number | unit | range |\n| --- | --- | --- | --- |\n".to_owned();
     let mut layout = |key: &str, layout: &VectorLayout| {
         for element in layout.elements() {
@@ -153,6 +157,10 @@ fn feature_table(description: &DatasetDescription) -> String {
             if extras.is_empty() { String::new() } else { format!(", recorded with {}", extras.join(", ")) };
         let (key, width_px, height_px) = (image_key(&camera.name), camera.width_px, camera.height_px);
         let _ = writeln!(table, "| `{key}` | RGB {width_px} x {height_px}{recorded} | | |");
+    }
+    let has_points = Encodings::of(&[format]).points_zlib;
+    if let Some(points) = description.points().filter(|_| has_points) {
+        let _ = writeln!(table, "| `point_cloud` | {points} points x 3 | m | |");
     }
     table
 }

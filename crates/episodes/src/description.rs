@@ -5,6 +5,7 @@ use sha2::{Digest, Sha256};
 
 use crate::EpisodeError;
 use crate::names::check_name;
+use crate::point_cloud::MAX_POINTS;
 use crate::vector_layout::VectorLayout;
 
 /// Depth is written as 16-bit millimeters, so nothing may be further away.
@@ -39,6 +40,8 @@ pub struct DatasetDescription {
     action: VectorLayout,
     cameras: Vec<CameraDescription>,
     tasks: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    points: Option<u32>,
 }
 
 impl DatasetDescription {
@@ -89,7 +92,26 @@ impl DatasetDescription {
                 return Err(EpisodeError::description(what, "name each instruction once"));
             }
         }
-        Ok(Self { robot_type: robot_type.to_owned(), fps, state, action, cameras, tasks })
+        Ok(Self { robot_type: robot_type.to_owned(), fps, state, action, cameras, tasks, points: None })
+    }
+
+    /// The same with a point cloud of `points` points in every frame, of what all cameras see.
+    ///
+    /// # Errors
+    ///
+    /// [`EpisodeError::Description`] for no points, more than [`MAX_POINTS`], and a dataset without cameras.
+    pub fn with_points(self, points: u32) -> Result<Self, EpisodeError> {
+        if !(1..=MAX_POINTS).contains(&points) {
+            let what = format!("the point cloud has {points} points");
+            return Err(EpisodeError::description(what, "choose 1 to 65536"));
+        }
+        if self.cameras.is_empty() {
+            return Err(EpisodeError::description(
+                "there is a point cloud and no camera",
+                "describe a camera, or no point cloud",
+            ));
+        }
+        Ok(Self { points: Some(points), ..self })
     }
 
     pub fn robot_type(&self) -> &str {
@@ -115,6 +137,11 @@ impl DatasetDescription {
 
     pub fn tasks(&self) -> &[String] {
         &self.tasks
+    }
+
+    /// Points in the cloud of a frame; `None` without clouds.
+    pub fn points(&self) -> Option<u32> {
+        self.points
     }
 
     /// SHA-256 of the description, in hexadecimal; units of episodes carry it.

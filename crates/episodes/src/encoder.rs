@@ -6,7 +6,12 @@ use crate::description::DatasetDescription;
 use crate::episode::{EpisodeHeader, Outcome};
 use crate::format::{Encodings, Format};
 use crate::frame::{Frame, fault_of};
+use crate::point_cloud::PointCloudTrack;
+use crate::preview::PreviewEncoder;
 use crate::unit::EpisodeUnit;
+
+/// What errors of the small video name in place of a camera.
+const PREVIEW: &str = "preview";
 
 /// An episode that is being recorded.
 pub struct EpisodeEncoder {
@@ -16,6 +21,8 @@ pub struct EpisodeEncoder {
     state: Vec<f32>,
     action: Vec<f32>,
     cameras: Vec<CameraEncoder>,
+    points: PointCloudTrack,
+    preview: Option<PreviewEncoder>,
     frames: usize,
 }
 
@@ -44,8 +51,19 @@ impl EpisodeEncoder {
             .iter()
             .map(|camera| begin(camera).map_err(|source| EpisodeError::video(episode, &camera.name, source)))
             .collect::<Result<_, _>>()?;
-        let description = description.clone();
-        Ok(Self { description, encodings, header, state: Vec::new(), action: Vec::new(), cameras, frames: 0 })
+        let preview = if encodings.video { PreviewEncoder::new(description) } else { Ok(None) };
+        let preview = preview.map_err(|source| EpisodeError::video(episode, PREVIEW, source))?;
+        Ok(Self {
+            description: description.clone(),
+            encodings,
+            header,
+            state: Vec::new(),
+            action: Vec::new(),
+            cameras,
+            points: PointCloudTrack::default(),
+            preview,
+            frames: 0,
+        })
     }
 
     /// Adds the next frame.
@@ -66,6 +84,13 @@ impl EpisodeEncoder {
         for ((encoder, camera), image) in self.cameras.iter_mut().zip(described).zip(frame.cameras) {
             encoder.add(image).map_err(|source| EpisodeError::video(episode, &camera.name, source))?;
         }
+        if let Some(preview) = &mut self.preview {
+            let images = frame.cameras.iter().map(|camera| camera.image);
+            preview.add(images).map_err(|source| EpisodeError::video(episode, PREVIEW, source))?;
+        }
+        if let Some(points) = frame.points.filter(|_| self.encodings.points_zlib) {
+            self.points.add(&points);
+        }
         self.frames += 1;
         Ok(())
     }
@@ -75,7 +100,7 @@ impl EpisodeEncoder {
     /// # Errors
     ///
     /// [`EpisodeError::Episode`] for no frames, for a failure without a reason, and for actions that are copies of
-    /// the state: a policy that learns from those stands still.
+    /// the state: a policy that learns from those stands still. [`EpisodeError::Video`] where the preview fails.
     pub fn finish(self, outcome: Outcome) -> Result<EpisodeUnit, EpisodeError> {
         let episode = self.header.number;
         let failed = |what: &str, correction| {
@@ -91,6 +116,8 @@ impl EpisodeEncoder {
             let what = "every action equals the state it was recorded with, while the state changes";
             return failed(what, "record the commanded targets as actions");
         }
+        let preview = self.preview.map(PreviewEncoder::finish).transpose();
+        let preview = preview.map_err(|source| EpisodeError::video(episode, PREVIEW, source))?;
         Ok(EpisodeUnit {
             description: self.description.digest(),
             encodings: self.encodings,
@@ -100,6 +127,8 @@ impl EpisodeEncoder {
             state: self.state,
             action: self.action,
             cameras: self.cameras.into_iter().map(CameraEncoder::finish).collect(),
+            points: self.points,
+            preview_mp4: preview.unwrap_or_default(),
         })
     }
 

@@ -50,9 +50,20 @@ pub struct Encodings {
     pub depth_zlib: bool,
     /// Instance ids as streams of u16 or u32.
     pub ids_zlib: bool,
+    /// Points as streams.
+    pub points_zlib: bool,
 }
 
 impl Format {
+    /// Whether its folder has video, and so may have a preview of each episode, which is H.264 too.
+    pub fn has_video(self) -> bool {
+        matches!(
+            self,
+            Self::LeRobotV30 { images: ImageStorage::Video }
+                | Self::LeRobotV21 { images: ImageStorage::Video }
+        )
+    }
+
     /// The folder of the format in a dataset's folder.
     pub fn folder(self) -> &'static str {
         match self {
@@ -76,10 +87,12 @@ impl Encodings {
                     ImageStorage::Video => all.video = true,
                     ImageStorage::Png => all.rgb_png = true,
                 },
-                Format::Robomimic => (all.rgb_zlib, all.depth_zlib, all.ids_zlib) = (true, true, true),
+                Format::Robomimic => {
+                    (all.rgb_zlib, all.depth_zlib, all.ids_zlib, all.points_zlib) = (true, true, true, true);
+                }
                 Format::ParquetAndPng { depth } => {
                     // Ids of 32 bits do not fit PNG and come from streams.
-                    (all.rgb_png, all.ids_png, all.ids_zlib) = (true, true, true);
+                    (all.rgb_png, all.ids_png, all.ids_zlib, all.points_zlib) = (true, true, true, true);
                     match depth {
                         DepthStorage::PngMillimeters => all.depth_png = true,
                         DepthStorage::ParquetMeters => all.depth_zlib = true,
@@ -92,8 +105,12 @@ impl Encodings {
 
     /// Whether these hold what others need.
     pub fn contain(self, needed: Self) -> bool {
-        let list =
-            |e: Self| [e.video, e.rgb_png, e.depth_png, e.ids_png, e.rgb_zlib, e.depth_zlib, e.ids_zlib];
-        list(self).into_iter().zip(list(needed)).all(|(has, needs)| has || !needs)
+        let list = |e: Self| {
+            let images = [e.video, e.rgb_png, e.depth_png, e.ids_png];
+            let streams = [e.rgb_zlib, e.depth_zlib, e.ids_zlib, e.points_zlib];
+            [images, streams]
+        };
+        let (has, needs) = (list(self), list(needed));
+        has.as_flattened().iter().zip(needs.as_flattened()).all(|(has, needs)| *has || !needs)
     }
 }

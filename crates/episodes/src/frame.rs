@@ -7,6 +7,7 @@
 use imaging::Image;
 
 use crate::description::{CameraDescription, DatasetDescription, InstanceIdWidth, MAX_DEPTH_M};
+use crate::point_cloud::{self, PointCloud};
 
 /// How far the axes of a camera may be from an orthonormal right-handed basis.
 const RIGIDITY_TOLERANCE: f64 = 1e-4;
@@ -20,6 +21,8 @@ pub struct Frame<'a> {
     pub action: &'a [f32],
     /// One for each camera of the dataset, in its order.
     pub cameras: &'a [CameraFrame<'a>],
+    /// What all cameras see, as points, where the dataset has them.
+    pub points: Option<PointCloud<'a>>,
 }
 
 /// What one camera saw at one time.
@@ -54,10 +57,11 @@ pub(crate) fn fault_of(frame: &Frame, description: &DatasetDescription) -> Optio
         return Some((what, "give one image for each camera, in the order of the description"));
     }
     let pairs = frame.cameras.iter().zip(description.cameras());
-    pairs.into_iter().find_map(|(frame, camera)| {
+    let cameras = pairs.into_iter().find_map(|(frame, camera)| {
         camera_fault(frame, camera)
             .map(|(what, correction)| (format!("camera `{}`: {what}", camera.name), correction))
-    })
+    });
+    cameras.or_else(|| point_cloud::fault_of(frame.points.as_ref(), description.points()))
 }
 
 fn camera_fault(frame: &CameraFrame, camera: &CameraDescription) -> Option<Fault> {

@@ -18,12 +18,14 @@ mod names;
 pub mod vector_layout;
 pub mod description;
 pub mod frame;
+pub mod point_cloud;
 pub mod episode;
 
 // One episode.
 pub mod format;
 mod pixels;
 mod strip;
+mod preview;
 pub mod statistics;
 pub mod camera_track;
 pub mod encoder;

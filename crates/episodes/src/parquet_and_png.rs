@@ -7,6 +7,7 @@
 //! episodes/episode_000000/front/rgb_000000.png    RGB, 8 bits
 //! episodes/episode_000000/front/depth_mm_000000.png        16 bits; or the column `depth_m.front`
 //! episodes/episode_000000/front/instance_ids_000000.png    16 bits; or the column `instance_ids.front` of 32 bits
+//! columns `point_cloud`, `point_cloud_colors`, `point_cloud_ids`     x, y, z in meters; red, green, blue; instance
 //! ```
 
 use std::path::{Path, PathBuf};
@@ -35,11 +36,7 @@ pub(crate) struct ParquetAndPng {
 }
 
 impl ParquetAndPng {
-    pub fn create(
-        root: PathBuf,
-        depth: DepthStorage,
-        _description: &DatasetDescription,
-    ) -> Result<Self, EpisodeError> {
+    pub fn create(root: PathBuf, depth: DepthStorage) -> Result<Self, EpisodeError> {
         make_folder(&root.join("episodes"))?;
         Ok(Self { root, depth, episodes: 0, frames: 0 })
     }
@@ -56,6 +53,9 @@ impl ParquetAndPng {
         let mut table = frame_table(unit, place, description, ImageStorage::Video);
         for (camera, track) in description.cameras().iter().zip(unit.cameras()) {
             self.add_camera(&folder, camera, track, unit, &mut table)?;
+        }
+        if let Some(points) = description.points() {
+            add_points(points as usize, unit, &mut table)?;
         }
         write_table(&folder.join("frames.parquet"), &table, &[])?;
         self.episodes += 1;
@@ -83,7 +83,7 @@ impl ParquetAndPng {
             match self.depth {
                 DepthStorage::PngMillimeters => write_all("depth_mm", &track.depth_png)?,
                 DepthStorage::ParquetMeters => {
-                    let values = numbers(unit, &track.depth_zlib, width, f32::from_le_bytes)?;
+                    let values = numbers(unit, &track.depth_zlib, width, |four| f32::from_le_bytes(four))?;
                     table.push(format!("depth_m.{}", camera.name), Column::FloatList { values, width });
                 }
             }
@@ -92,7 +92,7 @@ impl ParquetAndPng {
             None => Ok(()),
             Some(InstanceIdWidth::U16) => write_all("instance_ids", &track.ids_png),
             Some(InstanceIdWidth::U32) => {
-                let values = numbers(unit, &track.ids_zlib, width, u32::from_le_bytes)?;
+                let values = numbers(unit, &track.ids_zlib, width, |four| u32::from_le_bytes(four))?;
                 table.push(format!("instance_ids.{}", camera.name), Column::UnsignedList { values, width });
                 Ok(())
             }
@@ -120,6 +120,8 @@ impl ParquetAndPng {
                 "order": "state[t] is measured before action[t] is sent; action[t] is the commanded target",
                 "images": "RGB, row 0 is the top",
                 "depth": format!("{depth}; along the optical axis; 0 where nothing is in sight"),
+                "point_cloud": "x, y, z of each point in the world, meters; red, green, blue of each in \
+                    point_cloud_colors, its instance in point_cloud_ids",
                 "intrinsics": "K row by row, pixels",
                 "world_from_camera": "row by row, meters; camera axes: x right, y down, z forward",
                 "quaternions": "w, x, y, z",
@@ -130,21 +132,33 @@ impl ParquetAndPng {
     }
 }
 
+/// Adds the columns of point clouds.
+fn add_points(points: usize, unit: &EpisodeUnit, table: &mut Table) -> Result<(), EpisodeError> {
+    let clouds = unit.points();
+    let positions = numbers(unit, &clouds.positions_zlib, 3 * points, |four| f32::from_le_bytes(four))?;
+    table.push("point_cloud", Column::FloatList { values: positions, width: 3 * points });
+    let colors = numbers(unit, &clouds.colors_zlib, 3 * points, |[byte]| u32::from(byte))?;
+    table.push("point_cloud_colors", Column::UnsignedList { values: colors, width: 3 * points });
+    let ids = numbers(unit, &clouds.ids_zlib, points, |two| u32::from(u16::from_le_bytes(two)))?;
+    table.push("point_cloud_ids", Column::UnsignedList { values: ids, width: points });
+    Ok(())
+}
+
 /// The numbers of all frames: `width` a frame.
-fn numbers<T>(
+fn numbers<T, const BYTES: usize>(
     unit: &EpisodeUnit,
     streams: &[Vec<u8>],
     width: usize,
-    number: impl Fn([u8; 4]) -> T,
+    number: impl Fn([u8; BYTES]) -> T,
 ) -> Result<Vec<T>, EpisodeError> {
     let mut values = Vec::with_capacity(streams.len() * width);
     for (frame, stream) in streams.iter().enumerate() {
-        let bytes = unzlib(stream, 4 * width).filter(|bytes| bytes.len() == 4 * width);
+        let bytes = unzlib(stream, BYTES * width).filter(|bytes| bytes.len() == BYTES * width);
         let Some(bytes) = bytes else {
             let what = format!("frame {frame} of episode {} has a damaged stream", unit.header().number);
             return Err(EpisodeError::Unit { what });
         };
-        values.extend(bytes.as_chunks::<4>().0.iter().map(|four| number(*four)));
+        values.extend(bytes.as_chunks::<BYTES>().0.iter().map(|bytes| number(*bytes)));
     }
     Ok(values)
 }

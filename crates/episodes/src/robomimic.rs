@@ -13,6 +13,7 @@
 //! | `…/obs/CAMERA_depth` | f32, meters, frame x row x column x 1 |
 //! | `…/obs/CAMERA_instance_ids` | u16 or u32 |
 //! | `…/obs/CAMERA_intrinsics`, `CAMERA_world_from_camera` | f32, 3 x 3 and 4 x 4 |
+//! | `…/obs/point_cloud`, `point_cloud_colors`, `point_cloud_ids` | f32 in meters and u8, frame x point x 3; u16 |
 //! | `mask/train`, `valid`, `success` | names of episodes; each tenth is for validation |
 //!
 //! `next_obs` has no images: they would double the file, and behavior cloning does not read them. Images are chunks
@@ -124,7 +125,12 @@ impl Robomimic {
             whole(&next_obs, group, &[frames, range.len()], &next.concat())?;
         }
         let cameras = description.cameras().iter().zip(unit.cameras());
-        cameras.into_iter().try_for_each(|(camera, track)| write_camera(&obs, camera, track, frames))
+        cameras.into_iter().try_for_each(|(camera, track)| write_camera(&obs, camera, track, frames))?;
+        let Some(points) = description.points() else { return Ok(()) };
+        let (shape, clouds) = ([frames, points as usize, 3], unit.points());
+        chunked::<f32>(&obs, "point_cloud", &shape, &clouds.positions_zlib)?;
+        chunked::<u8>(&obs, "point_cloud_colors", &shape, &clouds.colors_zlib)?;
+        chunked::<u16>(&obs, "point_cloud_ids", &shape[..2], &clouds.ids_zlib)
     }
 
     /// Writes totals and masks, and closes the file.

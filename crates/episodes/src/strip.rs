@@ -12,7 +12,7 @@ pub const STRIP_FRAMES: usize = 8;
 const FRAME_WIDTH_PX: u32 = 128;
 
 /// Episodes in a folder of strips.
-const CHUNK: u64 = 1000;
+pub(crate) const CHUNK: u64 = 1000;
 
 /// Where the strip of an episode is in the folder of a format.
 pub(crate) fn strip_path(episode_index: u64, camera: &str) -> String {
@@ -44,7 +44,7 @@ impl StripFrames {
             }
             // After the stride has grown, the frame is still one of those that are kept.
             if self.seen.is_multiple_of(self.stride) {
-                self.kept.push(small(image));
+                self.kept.push(thumbnail_of(image));
             }
         }
         self.seen += 1;
@@ -63,14 +63,22 @@ impl StripFrames {
     }
 }
 
-fn small(image: &Image) -> RgbImage {
+/// The size of an image of this size in strips and previews, pixels.
+pub(crate) fn small_size_px(width_px: u32, height_px: u32) -> (u32, u32) {
+    if width_px <= FRAME_WIDTH_PX {
+        return (width_px, height_px);
+    }
+    (FRAME_WIDTH_PX, (height_px * FRAME_WIDTH_PX / width_px).max(1))
+}
+
+/// The image in that size.
+pub(crate) fn thumbnail_of(image: &Image) -> RgbImage {
     let (width_px, height_px) = (image.width_px(), image.height_px());
     let full = RgbImage::from_raw(width_px, height_px, rgb_of(image)).expect("as many bytes as pixels need");
-    if width_px <= FRAME_WIDTH_PX {
-        return full;
+    match small_size_px(width_px, height_px) {
+        size_px if size_px == (width_px, height_px) => full,
+        (width_px, height_px) => thumbnail(&full, width_px, height_px),
     }
-    let height_px = (height_px * FRAME_WIDTH_PX / width_px).max(1);
-    thumbnail(&full, FRAME_WIDTH_PX, height_px)
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use crate::camera_track::CameraTrack;
 use crate::description::DatasetDescription;
 use crate::episode::{EpisodeHeader, Outcome};
 use crate::format::Encodings;
+use crate::point_cloud::PointCloudTrack;
 use crate::unit_bytes;
 
 /// A finished episode. Only [`crate::EpisodeEncoder`] and [`EpisodeUnit::from_bytes`] make one.
@@ -23,6 +24,9 @@ pub struct EpisodeUnit {
     pub(crate) state: Vec<f32>,
     pub(crate) action: Vec<f32>,
     pub(crate) cameras: Vec<CameraTrack>,
+    pub(crate) points: PointCloudTrack,
+    /// Empty without video.
+    pub(crate) preview_mp4: Vec<u8>,
 }
 
 impl EpisodeUnit {
@@ -52,6 +56,16 @@ impl EpisodeUnit {
     /// One for each camera of the description, in its order.
     pub fn cameras(&self) -> &[CameraTrack] {
         &self.cameras
+    }
+
+    /// The point clouds, where they are recorded and a format needs them.
+    pub fn points(&self) -> &PointCloudTrack {
+        &self.points
+    }
+
+    /// A short video of all cameras, small and side by side; empty where no format has video.
+    pub fn preview_mp4(&self) -> &[u8] {
+        &self.preview_mp4
     }
 
     /// The unit as bytes, with a digest. Equal episodes give equal bytes.
@@ -98,7 +112,8 @@ impl EpisodeUnit {
             && unit.state.len() == of(description.state().dimension())
             && unit.action.len() == of(description.action().dimension())
             && unit.cameras.len() == description.cameras().len()
-            && unit.cameras.iter().all(lists_fit);
+            && unit.cameras.iter().all(lists_fit)
+            && unit.points.lists().iter().all(|list| [0, unit.frames].contains(&list.len()));
         if fits { Ok(unit) } else { Err(EpisodeError::Unit { what: "its tables have other lengths".into() }) }
     }
 }

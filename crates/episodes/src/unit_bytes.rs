@@ -2,13 +2,13 @@
 //!
 //! | part | content |
 //! | --- | --- |
-//! | 8 bytes | `EPISODE2`: the last character is the version |
+//! | 8 bytes | `EPISODE3`: the last character is the version |
 //! | fields | each a length of 8 bytes, little-endian, and as many bytes |
 //! | 32 bytes | SHA-256 of all before |
 //!
 //! The first field is JSON with description, encodings, header, outcome, frames and cameras. State and action follow.
-//! Each camera has eleven fields. A list of byte strings is a field whose content has the form of fields. Numbers are
-//! little-endian.
+//! Each camera has eleven fields; three of point clouds and that of the preview end the unit. A list of byte strings is
+//! a field whose content has the form of fields. Numbers are little-endian.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -18,10 +18,11 @@ use crate::EpisodeError;
 use crate::camera_track::CameraTrack;
 use crate::episode::{EpisodeHeader, Outcome};
 use crate::format::Encodings;
+use crate::point_cloud::PointCloudTrack;
 use crate::statistics::histogram::ImageHistogram;
 use crate::unit::EpisodeUnit;
 
-const MAGIC: &[u8; 8] = b"EPISODE2";
+const MAGIC: &[u8; 8] = b"EPISODE3";
 pub(crate) const DIGEST_BYTES: usize = 32;
 
 #[derive(Serialize, Deserialize)]
@@ -68,6 +69,8 @@ pub(crate) fn write(unit: &EpisodeUnit) -> Vec<u8> {
         }
         field(&mut bytes, &camera.strip_png);
     }
+    unit.points.lists().into_iter().for_each(|streams| field(&mut bytes, &list(streams)));
+    field(&mut bytes, &unit.preview_mp4);
     let digest = Sha256::digest(&bytes);
     bytes.extend(digest);
     bytes
@@ -90,6 +93,10 @@ fn unit(rest: &mut &[u8]) -> Option<EpisodeUnit> {
     let facts: Facts = serde_json::from_slice(next(rest)?).ok()?;
     let (state, action) = (read_floats(next(rest)?)?, read_floats(next(rest)?)?);
     let cameras = (0..facts.cameras).map(|_| camera(rest)).collect::<Option<_>>()?;
+    let mut streams = || read_list(next(rest)?);
+    let points =
+        PointCloudTrack { positions_zlib: streams()?, colors_zlib: streams()?, ids_zlib: streams()? };
+    let preview_mp4 = next(rest)?.to_vec();
     Some(EpisodeUnit {
         description: facts.description,
         encodings: facts.encodings,
@@ -99,6 +106,8 @@ fn unit(rest: &mut &[u8]) -> Option<EpisodeUnit> {
         state,
         action,
         cameras,
+        points,
+        preview_mp4,
     })
 }
 

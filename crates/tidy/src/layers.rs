@@ -78,6 +78,7 @@ pub const CRATES: &[Layer] = &[
     layer(
         "demonstrations",
         &[
+            "catalog",
             "episodes",
             "geometry",
             "imaging",

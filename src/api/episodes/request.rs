@@ -26,7 +26,7 @@ pub struct EpisodesBody {
     /// Episodes that succeed.
     pub count: u64,
     pub seed: u64,
-    /// `usual`, `none`, or amplitudes by axis.
+    /// `usual`, `wide`, `none`, or amplitudes by axis.
     pub randomize: Value,
     pub record: RecordBody,
     pub formats: Vec<String>,
@@ -45,6 +45,8 @@ pub struct RecordBody {
     pub fps: u32,
     pub depth: bool,
     pub instance_ids: bool,
+    /// Points in the cloud of each frame.
+    pub point_cloud: Option<u32>,
 }
 
 impl Default for EpisodesBody {
@@ -68,7 +70,7 @@ impl Default for EpisodesBody {
 impl Default for RecordBody {
     fn default() -> Self {
         let cameras = ["side", "front", "wrist"].map(|name| json!(name)).to_vec();
-        Self { cameras, size_px: 224, fps: 15, depth: false, instance_ids: false }
+        Self { cameras, size_px: 224, fps: 15, depth: false, instance_ids: false, point_cloud: None }
     }
 }
 

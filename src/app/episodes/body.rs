@@ -51,6 +51,7 @@ pub fn ordered(body: &EpisodesBody) -> Result<EpisodesOrder, Problem> {
         fps: body.record.fps,
         depth: body.record.depth,
         instance_ids: body.record.instance_ids,
+        points: body.record.point_cloud,
         formats: formats(&body.formats, &mut errors),
         keeps_failures: body.keep_failures,
         max_attempts: body
@@ -82,7 +83,7 @@ pub fn ordered(body: &EpisodesBody) -> Result<EpisodesOrder, Problem> {
 /// An error of an order where it is in a body; `None` where there is one already.
 fn in_body(error: FieldError, errors: &[FieldError]) -> Option<FieldError> {
     let pointer = match error.pointer.as_str() {
-        "/fps" | "/cameras" => format!("/record{}", error.pointer),
+        "/fps" | "/cameras" | "/point_cloud" => format!("/record{}", error.pointer),
         _ => error.pointer,
     };
     let is_known = errors.iter().any(|known| known.pointer.starts_with(&pointer));
@@ -126,14 +127,15 @@ fn tasks(body: &EpisodesBody, errors: &mut Vec<FieldError>) -> Vec<TaskSource> {
 }
 
 fn randomization(given: &Value, errors: &mut Vec<FieldError>) -> Randomization {
+    if let Some(named) = given.as_str().and_then(Randomization::named) {
+        return named;
+    }
     let wrong = match given {
-        Value::String(name) if name == "usual" => return Randomization::USUAL,
-        Value::String(name) if name == "none" => return Randomization::NONE,
         Value::Object(_) => match Randomization::deserialize(given) {
             Ok(randomization) => return randomization,
             Err(error) => format!("has no amplitudes of axes: {error}"),
         },
-        _ => "must be \"usual\", \"none\", or amplitudes by axis".to_owned(),
+        _ => "must be \"usual\", \"wide\", \"none\", or amplitudes by axis".to_owned(),
     };
     errors.push(FieldError::new("/randomize", wrong));
     Randomization::NONE
@@ -269,6 +271,9 @@ mod tests {
             (with("randomize", json!("wild")), &["/randomize"]),
             (with("randomize", json!({ "wind": 1 })), &["/randomize"]),
             (with("randomize", json!({ "mass": 0.9 })), &["/randomize/mass"]),
+            (with("randomize", json!({ "added_distractors": 9 })), &["/randomize/added_distractors"]),
+            (with("record", json!({ "point_cloud": 0 })), &["/record/point_cloud"]),
+            (with("record", json!({ "point_cloud": 100, "cameras": [] })), &["/record/point_cloud"]),
             (with("formats", json!(["rlds"])), &["/formats/0"]),
             (with("formats", json!([])), &["/formats"]),
             (with("record", json!({ "fps": 0 })), &["/record/fps"]),

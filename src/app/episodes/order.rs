@@ -26,12 +26,17 @@ pub struct EpisodesOrder {
     pub fps: u32,
     pub depth: bool,
     pub instance_ids: bool,
+    /// Points in the cloud of each frame; `None` without clouds.
+    pub points: Option<u32>,
     pub formats: Vec<Format>,
     /// Whether failures become episodes, too; they do not count.
     pub keeps_failures: bool,
     /// Attempts until the order is given up.
     pub max_attempts: u64,
 }
+
+/// Most points in the cloud of a frame. Choosing them takes time with their square.
+pub const MAX_POINTS: u32 = 8192;
 
 /// The cameras of an order.
 #[derive(Clone, Debug)]
@@ -42,6 +47,15 @@ pub enum Cameras {
         side_px: u32,
     },
     Own(Vec<CameraSpec>),
+}
+
+impl Cameras {
+    fn is_empty(&self) -> bool {
+        match self {
+            Self::Usual { names, .. } => names.is_empty(),
+            Self::Own(cameras) => cameras.is_empty(),
+        }
+    }
 }
 
 /// Every format by the name of its folder.
@@ -99,6 +113,10 @@ impl EpisodesOrder {
                 require(known, "/cameras", detail);
             }
         }
+        let points = self.points.is_none_or(|points| (1..=MAX_POINTS).contains(&points));
+        require(points, "/point_cloud", format!("must be from 1 to {MAX_POINTS} points"));
+        let is_seen = self.points.is_none() || !self.cameras.is_empty();
+        require(is_seen, "/point_cloud", "needs a camera".into());
         for violation in self.randomization.violations() {
             require(false, &format!("/randomize{}", violation.pointer), violation.detail);
         }

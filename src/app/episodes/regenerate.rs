@@ -3,6 +3,7 @@
 use serde::Deserialize;
 use serde_json::json;
 
+use super::distractors::distractors;
 use super::order::format_named;
 use super::{bundle_of, parts_of, refused};
 use crate::api::error::{Problem, ProblemType};
@@ -56,7 +57,8 @@ pub fn recorded_episode(records: &str, episode_index: u64) -> Result<RecordedEpi
 /// A [`Problem`] for a bundle that is not the one of the record, and those of [`super::setup`].
 pub fn setup_of(archive: &[u8], episode: &RecordedEpisode, resolved: &Resolved) -> Result<Setup, Problem> {
     let record = &episode.record;
-    let parts = parts_of(archive, &bundle_of(archive)?)?;
+    let bundle = bundle_of(archive)?;
+    let mut parts = parts_of(archive, &bundle)?;
     if parts.digest != record.scene {
         let detail = format!(
             "the episode was recorded in the bundle with the digest {}, this one has {}",
@@ -73,11 +75,13 @@ pub fn setup_of(archive: &[u8], episode: &RecordedEpisode, resolved: &Resolved) 
     let task = record.task.clone();
     let work = prepare(&parts.scene, &robot, task, &config.grasps, &config.execution, record.dataset_seed)
         .map_err(|error| refused(&error))?;
+    parts.distractors = distractors(&bundle, &record.randomization, record.dataset_seed, resolved);
     let wanted = Wanted {
         cameras: record.cameras.clone(),
         fps: record.fps,
         depth: record.depth,
         instance_ids: record.instance_ids,
+        points: record.points,
         randomization: record.randomization,
         seed: record.dataset_seed,
         formats,

@@ -46,6 +46,9 @@ def demo(group, episode: int, complaints: Complaints) -> None:
     complaints.equal(f"{name} next gripper", group["next_obs/gripper"][:], following[:, 1:2])
     complaints.equal(f"{name} depth", obs["front_depth"][:][..., 0], np.stack([scene.depth_m()] * frames))
     complaints.equal(f"{name} no depth", "wrist_depth" in obs, False)
+    clouds = [np.stack(of_frames) for of_frames in zip(*(scene.points(episode, t) for t in range(frames)), strict=True)]
+    for key, cloud in zip(("point_cloud", "point_cloud_colors", "point_cloud_ids"), clouds, strict=True):
+        complaints.equal(f"{name} {key}", obs[key][:].astype(cloud.dtype), cloud)
     for camera in scene.CAMERAS:
         images = np.stack([scene.image(episode, t) for t in range(frames)])
         complaints.equal(f"{name} {camera} image", obs[f"{camera}_image"][:], images)

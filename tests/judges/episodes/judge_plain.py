@@ -23,6 +23,11 @@ def judge(folder) -> tuple:
         complaints.equal("state", np.array(table["observation.state"].to_pylist(), np.float32), scene.states(episode))
         complaints.equal("action", np.array(table["action"].to_pylist(), np.float32), scene.actions(episode))
         wide = table["instance_ids.wrist"].to_pylist()
+        for t in range(scene.frames(episode)):
+            keys = ("point_cloud", "point_cloud_colors", "point_cloud_ids")
+            for key, cloud in zip(keys, scene.points(episode, t), strict=True):
+                found = np.array(table[key][t].as_py(), cloud.dtype).reshape(cloud.shape)
+                complaints.equal(f"episode {episode} frame {t} {key}", found, cloud)
         complaints.equal("rows", len(wide), scene.frames(episode))
         for t in range(scene.frames(episode)):
             name = f"episode {episode} frame {t}"

@@ -38,6 +38,7 @@ def main() -> int:
         lerobot(given.dataset / name, episodes, complaints)
     version_two(given.dataset / "lerobot-v2.1", episodes, complaints)
     robomimic(given.dataset / "robomimic" / "dataset.hdf5", episodes, complaints)
+    previews(given.dataset / "lerobot-v3.0", episodes, complaints)
     for number, episode in enumerate(episodes):
         sensible(f"episode {number}", episode, complaints)
     trained = train(given.dataset / "lerobot-v3.0", given.train) if given.train else None
@@ -58,10 +59,40 @@ def plain(root: Path) -> list:
                 "fps": described["fps"],
                 "state": np.array(frames["observation.state"].to_pylist(), np.float32),
                 "action": np.array(frames["action"].to_pylist(), np.float32),
+                "clouds": clouds(folder, frames, cameras),
                 "images": {camera: sorted((folder / camera).glob("rgb_*.png")) for camera in cameras},
             }
         )
     return episodes
+
+
+def clouds(folder: Path, frames, cameras: list) -> dict:
+    """The points of some frames, and what each camera has where they are seen; nothing of a dataset without clouds."""
+    if "point_cloud" not in frames.column_names:
+        return {}
+    found = {}
+    for t in sorted({0, len(frames) // 2, len(frames) - 1}):
+        numbers = [np.array(frames[key][t].as_py()) for key in ("point_cloud", "point_cloud_colors", "point_cloud_ids")]
+        positions, colors = numbers[0].astype(np.float32).reshape(-1, 3), numbers[1].astype(np.uint8).reshape(-1, 3)
+        points = (positions, colors, numbers[2].astype(np.uint16))
+        found[t] = {"points": points, "seen": [seen(folder, frames, camera, t, points) for camera in cameras]}
+    return found
+
+
+def seen(folder: Path, frames, camera: str, t: int, points: tuple) -> np.ndarray:
+    """Which points are what the camera has at the pixel where they are: its depth, color and instance."""
+    k = np.array(frames[f"camera.{camera}.intrinsics"][t].as_py()).reshape(3, 3)
+    pose = np.array(frames[f"camera.{camera}.world_from_camera"][t].as_py()).reshape(4, 4)
+    in_camera = (points[0] - pose[:3, 3]) @ pose[:3, :3]
+    depth_m = in_camera[:, 2]
+    ahead = np.where(depth_m > 1e-6, depth_m, 1.0)
+    pixels = np.floor((in_camera @ k.T)[:, :2] / ahead[:, None]).astype(int)
+    image = picture(folder / camera / f"rgb_{t:06}.png")
+    inside = (depth_m > 1e-6) & (pixels >= 0).all(1) & (pixels < image.shape[1::-1]).all(1)
+    column, row = np.where(inside[:, None], pixels, 0).T
+    depth_mm, ids = (np.array(Image.open(folder / camera / f"{kind}_{t:06}.png")) for kind in ("depth_mm", "instance_ids"))
+    at_depth = np.abs(depth_mm[row, column] / 1000 - depth_m) < 0.001
+    return inside & at_depth & (image[row, column] == points[1]).all(1) & (ids[row, column] == points[2])
 
 
 def picture(path: Path) -> np.ndarray:
@@ -134,6 +165,18 @@ def robomimic(path: Path, episodes: list, complaints: Complaints) -> None:
             complaints.equal(f"demo {number} targets", demo["action_targets"][:], episode["action"])
             inside = float(np.abs(demo["actions"][:]).max()) <= 1.0
             complaints.equal(f"demo {number} actions are within [-1, 1]", inside, True)
+            for t, points in episode["clouds"].items():
+                keys = ("point_cloud", "point_cloud_colors", "point_cloud_ids")
+                for key, expected in zip(keys, points["points"], strict=True):
+                    complaints.equal(f"demo {number} frame {t} {key}", demo["obs"][key][t], expected)
+
+
+def previews(root: Path, episodes: list, complaints: Complaints) -> None:
+    """The small video of each episode has all of its frames."""
+    for number, episode in enumerate(episodes):
+        with av.open(str(root / f"strips/chunk-000/episode_{number:06d}.mp4")) as video:
+            count = sum(1 for _ in video.decode(video=0))
+        complaints.equal(f"frames of preview {number}", count, len(episode["state"]))
 
 
 def sensible(name: str, episode: dict, complaints: Complaints) -> None:
@@ -148,6 +191,9 @@ def sensible(name: str, episode: dict, complaints: Complaints) -> None:
     complaints.equal(f"{name} ends soon after one", bool(moving[-MAX_IDLE_FRAMES - 1 :].any()), True)
     share = states[:, -1]
     complaints.equal(f"{name} gripper: 1 is open", bool(share[0] > 0.9 and share.min() < 0.9), True)
+    for t, points in episode["clouds"].items():
+        share = float(np.any(points["seen"], axis=0).mean())
+        complaints.equal(f"{name} frame {t}: points are what a camera shows there", share > 0.99, True)
     quaternions = states[:, [episode["names"]["state"].index(f"end_effector_q{axis}") for axis in "wxyz"]]
     complaints.close(f"{name} quaternions", np.linalg.norm(quaternions, axis=1), np.ones(len(states)), 1e-5)
 

@@ -31,7 +31,7 @@ class Episode(Scene):
         self.prefix = f"{robot}_"
         self.model = with_sample(execution / "mjcf" / f"scene_with_{robot}.xml", record)
         self.data = mujoco.MjData(self.model)
-        self.objects = [name for name, _ in record["initial_poses"]]
+        self.objects = [name for name, _ in record["initial_poses"] if is_of_scene(name)]
         self.joints, self.gripper = motion["joints"], motion["gripper_joint"]
         fps = record["fps"]
         # An action is reached at the end of its frame; before the first the servos hold what is measured.
@@ -46,6 +46,8 @@ class Episode(Scene):
 
     def place(self, record: dict, positions, finger_m: float) -> None:
         for name, pose in record["initial_poses"]:
+            if not is_of_scene(name):
+                continue
             joint = self.model.joint(self.model.body_jntadr[self.model.body(name).id])
             x, y, z, w = pose["rotation_xyzw"]
             self.data.joint(joint.name).qpos[:] = [*pose["translation_m"], w, x, y, z]
@@ -60,6 +62,11 @@ class Episode(Scene):
         mujoco.mj_forward(self.model, self.data)
 
 
+def is_of_scene(name: str) -> bool:
+    """Whether the bundle has it. Distractors of an episode are not in its MJCF; MuJoCo's episode is without them."""
+    return not name.startswith("distractor_")
+
+
 def opening_per_position(motion: dict) -> float:
     """Both fingers move by the position of the servo's joint."""
     wide = max(motion["frames"], key=lambda frame: frame["opening_target_m"])
@@ -71,7 +78,7 @@ def with_sample(path: Path, record: dict):
     spec = mujoco.MjSpec.from_file(str(with_base(path, record["world_from_base"])))
     for key in list(spec.keys):
         spec.delete(key)
-    present = {name for name, _ in record["initial_poses"]}
+    present = {name for name, _ in record["initial_poses"] if is_of_scene(name)}
     drawn = {sample["name"]: sample for sample in record["sample"]["objects"]}
     for body in list(spec.worldbody.bodies):
         if body.name in drawn and body.name not in present:

@@ -6,7 +6,7 @@ Numbers are computed in float32 with the operations of the formulas, so that the
 import numpy as np
 
 EPISODES, FPS, WIDTH_PX, HEIGHT_PX = 5, 15, 96, 64
-SIDE_PX, STRIPE_PX = 16, 8
+SIDE_PX, STRIPE_PX, POINTS = 16, 8, 6
 RED, GREEN, BLUE, GRAY, YELLOW = (220, 30, 40), (30, 200, 50), (40, 50, 210), (120, 120, 120), (230, 210, 40)
 TASKS = ("push the square", "lift the square")
 STATE_NAMES = ["joint_1_rad", "gripper_0_closed_1_open", "gripper_opening_m", "end_effector_x_m", "end_effector_y_m"]
@@ -69,6 +69,13 @@ def instance_ids(episode: int, t: int, camera: str) -> np.ndarray:
     ids = np.full((HEIGHT_PX, WIDTH_PX), offset, np.uint32)
     ids[square(episode, t)] += 1
     return ids
+
+
+def points(episode: int, t: int) -> tuple:
+    """Coordinates, colors and instance ids of the points."""
+    positions = [[np.float32(0.1) * np.float32(i), np.float32(0.01) * np.float32(t), 0.5] for i in range(POINTS)]
+    colors = [[i, t, episode] for i in range(POINTS)]
+    return np.array(positions, np.float32), np.array(colors, np.uint8), np.array([1000 * i + t for i in range(POINTS)])
 
 
 def world_from_camera(t: int, camera: str) -> np.ndarray:

@@ -5,7 +5,6 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use robot::kinematics::tool_pose;
 
 use super::*;
-use crate::sample::Sample;
 
 /// The initial state is missing, so that no other simulator can begin the replay.
 #[test]

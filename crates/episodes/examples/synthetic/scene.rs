@@ -8,6 +8,7 @@
 //! | image | top rows red, next green, next blue, the rest gray; a yellow square at `x = 2 t + 3 e` |
 //! | depth | `0.5 + 0.001 x + 0.002 y` meters, 0 in the first column |
 //! | instance ids | 1 in the square, 0 elsewhere; the wrist camera adds 70,000 |
+//! | point i of 6 | at `(0.1 i, 0.01 t, 0.5)` meters, colors `(i, t, e)`, instance `1000 i + t` |
 //! | cameras | `front` stands still, `wrist` moves along x by 1 cm a frame |
 
 use episodes::card::DatasetCard;
@@ -15,6 +16,7 @@ use episodes::description::{CameraDescription, DatasetDescription, InstanceIdWid
 use episodes::episode::{EpisodeHeader, Outcome};
 use episodes::format::Format;
 use episodes::frame::{CameraFrame, Frame};
+use episodes::point_cloud::PointCloud;
 use episodes::unit_of_measure::Unit;
 use episodes::vector_layout::{VectorElement, VectorLayout};
 use episodes::{EpisodeEncoder, EpisodeError, EpisodeUnit};
@@ -25,6 +27,7 @@ pub const EPISODES: u64 = 5;
 pub const FPS: u32 = 15;
 pub const WIDTH_PX: u32 = 96;
 pub const HEIGHT_PX: u32 = 64;
+pub const POINTS: u32 = 6;
 /// Side of the square.
 const SIDE_PX: u32 = 16;
 /// Rows of each stripe of the color card.
@@ -57,7 +60,8 @@ pub fn description() -> Result<DatasetDescription, EpisodeError> {
             camera("wrist", false, Some(InstanceIdWidth::U32)),
         ],
         vec!["push the square".to_owned(), "lift the square".to_owned()],
-    )
+    )?
+    .with_points(POINTS)
 }
 
 pub fn card() -> DatasetCard {
@@ -123,6 +127,14 @@ pub fn instance_ids(number: u64, t: u64, offset: u32) -> Vec<u32> {
     ids
 }
 
+/// Coordinates, colors and instance ids of the points at one time.
+pub fn points(number: u64, t: u64) -> (Vec<f32>, Vec<u8>, Vec<u16>) {
+    let all = || 0..POINTS as u16;
+    let positions_m = all().flat_map(|i| [0.1 * f32::from(i), 0.01 * t as f32, 0.5]).collect();
+    let colors = all().flat_map(|i| [i as u8, t as u8, number as u8]).collect();
+    (positions_m, colors, all().map(|i| 1000 * i + t as u16).collect())
+}
+
 pub const INTRINSICS: [f64; 9] = [100.0, 0.0, 48.0, 0.0, 100.0, 32.0, 0.0, 0.0, 1.0];
 
 /// A camera 1 m above the origin that sees straight down, its x axis along the world's; moved along x.
@@ -163,7 +175,9 @@ pub fn unit(number: u64, formats: &[Format]) -> Result<EpisodeUnit, EpisodeError
             world_from_camera: world_from_camera(0.01 * t as f64),
             ..front
         };
-        encoder.add(&Frame { state, action: &action, cameras: &[front, wrist] })?;
+        let (positions_m, colors, ids) = points(number, t);
+        let points = PointCloud { positions_m: &positions_m, colors: &colors, instance_ids: &ids };
+        encoder.add(&Frame { state, action: &action, cameras: &[front, wrist], points: Some(points) })?;
     }
     let failed = number == 3;
     let outcome = if failed { Outcome::Failure { reason: "dropped".to_owned() } } else { Outcome::Success };

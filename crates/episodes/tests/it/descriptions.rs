@@ -3,6 +3,7 @@
 use episodes::description::{CameraDescription, DatasetDescription};
 use episodes::episode::{EpisodeHeader, Outcome};
 use episodes::frame::{CameraFrame, Frame};
+use episodes::point_cloud::PointCloud;
 use episodes::unit_of_measure::Unit;
 use episodes::vector_layout::{VectorElement, VectorLayout};
 use episodes::{EpisodeEncoder, EpisodeError};
@@ -70,6 +71,18 @@ fn descriptions_refuse_what_formats_cannot_carry() {
 
 /// The answer to a frame of the synthetic dataset after a change.
 fn changed(change: impl Fn(&mut [f32], &mut [f32], &mut CameraFrame)) -> Result<(), EpisodeError> {
+    added(change, |_| {})
+}
+
+/// The same after a change of the points.
+fn with_points(change: impl Fn(&mut Option<PointCloud>)) -> Result<(), EpisodeError> {
+    added(|_, _, _| {}, change)
+}
+
+fn added(
+    change: impl Fn(&mut [f32], &mut [f32], &mut CameraFrame),
+    change_points: impl Fn(&mut Option<PointCloud>),
+) -> Result<(), EpisodeError> {
     let description = scene::description().expect("a description");
     let header = EpisodeHeader { number: 7, seed: 0, task: 0, record: serde_json::Value::Null };
     let mut encoder = EpisodeEncoder::new(&description, &[V30], header).expect("an encoder");
@@ -85,7 +98,24 @@ fn changed(change: impl Fn(&mut [f32], &mut [f32], &mut CameraFrame)) -> Result<
     };
     let wrist = CameraFrame { depth_m: None, ..front };
     change(&mut state, &mut action, &mut front);
-    encoder.add(&Frame { state: &state, action: &action, cameras: &[front, wrist] })
+    let (positions_m, colors, ids) = scene::points(0, 0);
+    let mut points = Some(PointCloud { positions_m: &positions_m, colors: &colors, instance_ids: &ids });
+    change_points(&mut points);
+    encoder.add(&Frame { state: &state, action: &action, cameras: &[front, wrist], points })
+}
+
+#[test]
+fn points_are_as_many_as_described() {
+    with_points(|_| {}).expect("a valid frame");
+    refuses(with_points(|points| *points = None), "the points are missing");
+    let few = PointCloud { positions_m: &[0.0; 15], colors: &[0; 15], instance_ids: &[0; 5] };
+    refuses(with_points(|points| *points = Some(few)), "15 coordinates, not 18");
+    let wild = PointCloud { positions_m: &[f32::INFINITY; 18], colors: &[0; 18], instance_ids: &[0; 6] };
+    refuses(with_points(|points| *points = Some(wild)), "is inf");
+    let without = described("arm", 30, vec![camera("a", 64, 48)], &["push"]).expect("a description");
+    refuses(without.clone().with_points(0), "0 points");
+    refuses(without.with_points(70_000), "70000 points");
+    refuses(described("arm", 30, vec![], &["push"]).and_then(|it| it.with_points(9)), "no camera");
 }
 
 #[test]
@@ -124,7 +154,10 @@ fn episodes_refuse_what_teaches_nothing() {
     let empty = || EpisodeEncoder::new(&description, &[V30], header(0)).expect("an encoder");
     refuses(empty().finish(Outcome::Success), "no frames");
     let mut wrong = empty();
-    refuses(wrong.add(&Frame { state: &[0.0], action: &[0.0, 0.0], cameras: &[] }), "1 numbers");
+    refuses(
+        wrong.add(&Frame { state: &[0.0], action: &[0.0, 0.0], cameras: &[], points: None }),
+        "1 numbers",
+    );
 }
 
 #[test]

@@ -83,6 +83,12 @@ fn robomimic_layout_is_read_back() {
     assert_eq!(floats("obs/front_depth")[..depth_m.len()], depth_m);
     let ids = demo("obs/wrist_instance_ids").read_raw::<u32>().expect("ids");
     assert_eq!(ids[..depth_m.len()], scene::instance_ids(episode, 0, 70_000));
+    let (positions_m, colors, point_ids) = scene::points(episode, 4);
+    let cloud = demo("obs/point_cloud");
+    assert_eq!(cloud.shape(), [states.len(), 6, 3]);
+    assert_eq!(floats("obs/point_cloud")[4 * 18..][..18], positions_m);
+    assert_eq!(demo("obs/point_cloud_colors").read_raw::<u8>().expect("bytes")[4 * 18..][..18], colors);
+    assert_eq!(demo("obs/point_cloud_ids").read_raw::<u16>().expect("ids")[4 * 6..][..6], point_ids);
     let failure = file.dataset("data/demo_3/rewards").expect("a dataset").read_raw::<f32>().expect("numbers");
     assert_eq!(failure.iter().sum::<f32>(), 0.0, "episode 3 failed");
 }
@@ -96,6 +102,16 @@ fn plain_files_are_read_back() {
     // Ids of 32 bits are in the table.
     let ids: Vec<u32> = numbers(&rows[5]["instance_ids.wrist"]).into_iter().map(|id| id as u32).collect();
     assert_eq!(ids, scene::instance_ids(2, 5, 70_000));
+    let (positions_m, colors, point_ids) = scene::points(2, 5);
+    assert_eq!(floats(&rows[5]["point_cloud"]), positions_m);
+    assert_eq!(
+        numbers(&rows[5]["point_cloud_colors"]),
+        colors.into_iter().map(f64::from).collect::<Vec<_>>()
+    );
+    assert_eq!(
+        numbers(&rows[5]["point_cloud_ids"]),
+        point_ids.into_iter().map(f64::from).collect::<Vec<_>>()
+    );
     let file = |name: &str| fs::read(dataset.path(PLAIN, &format!("{folder}/{name}"))).expect("a file");
     let image = imaging::codec::decode_png(&file("front/rgb_000005.png")).expect("PNG");
     assert_eq!(image, scene::image(2, 5));
@@ -133,6 +149,19 @@ fn card_states_what_is_in_the_dataset() {
     ] {
         assert!(card.contains(part), "the card lacks `{part}`:\n{card}");
     }
+}
+
+#[test]
+fn previews_are_where_video_is() {
+    let dataset = dataset(&[V30, PLAIN]);
+    let preview = "strips/chunk-000/episode_000004.mp4";
+    let video = fs::read(dataset.path(V30, preview)).expect("a file");
+    assert_eq!(&video[4..8], b"ftyp");
+    // The sizes of both cameras side by side, as the track states it: 96 + 96 times 64, in 16.16.
+    let stated = [192_u32 << 16, 64 << 16].map(u32::to_be_bytes).concat();
+    assert!(video.windows(8).any(|bytes| bytes == stated), "no track of 192 x 64 pixels");
+    assert!(!dataset.path(PLAIN, preview).exists(), "no H.264 in a folder that has no video");
+    assert!(dataset.text(V30, "README.md").contains("a small video of each episode"));
 }
 
 #[test]

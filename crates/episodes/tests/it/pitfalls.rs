@@ -55,7 +55,9 @@ fn action_that_copies_the_state_is_refused() {
         let mut encoder = EpisodeEncoder::new(&description, &[V30], header).expect("an encoder");
         for t in 0..5 {
             let state = speed * t as f32;
-            encoder.add(&Frame { state: &[state], action: &[state + lead], cameras: &[] }).expect("added");
+            encoder
+                .add(&Frame { state: &[state], action: &[state + lead], cameras: &[], points: None })
+                .expect("added");
         }
         encoder.finish(Outcome::Success)
     };
