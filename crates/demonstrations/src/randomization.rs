@@ -152,7 +152,7 @@ impl Randomization {
         light_brightness: 0.3,
         backdrop_color: 0.4,
         start_rad: 0.1,
-        camera_position_m: 0.05,
+        camera_position_m: 0.03,
         camera_angle_rad: 0.05,
         focal_length: 0.06,
         mass: 0.3,
