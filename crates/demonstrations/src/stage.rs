@@ -15,11 +15,6 @@ use crate::finish::{refinished_object, refinished_table};
 use crate::sample::Sample;
 use crate::setup::{Setup, Work};
 
-/// Without the sky's shadows, which cost most.
-const QUALITY: RenderSettings =
-    RenderSettings { supersampling: 2, shadow_map_px: MAX_SHADOW_MAP_PX, sky_directions: 0, sky_map_px: 32 };
-/// Side of the shadow maps where images are not smaller, texels.
-const MAX_SHADOW_MAP_PX: u32 = 512;
 /// Objects that move by less during a demonstration are shown at rest, meters and radians.
 const STILL_M: f64 = 1e-4;
 const STILL_RAD: f64 = 2e-3;
@@ -126,8 +121,9 @@ impl<'a> Stage<'a> {
         let moving: Vec<usize> = of(true).collect();
         let moved = moving.iter().map(|index| shown(&first[*index])).collect();
         let side_px = setup.cameras.iter().map(|camera| camera.width_px.max(camera.height_px)).max();
-        let settings =
-            RenderSettings { shadow_map_px: MAX_SHADOW_MAP_PX.min(side_px.unwrap_or_default()), ..QUALITY };
+        // Finer shadows than pixels would not show.
+        let shadow_map_px = RenderSettings::MOTION.shadow_map_px.min(side_px.unwrap_or_default());
+        let settings = RenderSettings { shadow_map_px, ..RenderSettings::MOTION };
         let sequence = ImageSequence::new(still, moved, props.lighting, props.background, &settings);
         let layers = setup.cameras.iter().zip(&sample.cameras).map(|(camera, sample)| {
             let is_fixed = camera.mount == Mount::World;

@@ -16,3 +16,8 @@ pub struct RenderSettings {
     /// Side of each sky direction's occlusion map, texels, 32..1024; more gives tighter darkening.
     pub sky_map_px: u32,
 }
+
+impl RenderSettings {
+    /// For the many images of a motion: smooth edges, and no shadows of the sky, which cost most.
+    pub const MOTION: Self = Self { supersampling: 2, shadow_map_px: 512, sky_directions: 0, sky_map_px: 32 };
+}

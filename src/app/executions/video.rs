@@ -25,9 +25,6 @@ const FOV_X_RAD: f64 = 0.75;
 const ELEVATION_RAD: f64 = 0.5;
 /// The camera stands so far from the table, as a multiple of what has to be seen.
 const DISTANCE: f64 = 1.9;
-/// Without the sky's shadows, which cost most.
-const QUALITY: RenderSettings =
-    RenderSettings { supersampling: 2, shadow_map_px: 512, sky_directions: 0, sky_map_px: 32 };
 
 /// The MP4 file of an execution. Renders on the CPU: some 50 ms an image.
 ///
@@ -108,6 +105,10 @@ impl Stage<'_> {
         let floor_m = floor_m(&self.scene[0]);
         let lighting = Lighting::studio(camera.azimuth_rad() - 0.7, 0.95, 0.6);
         let background = Background::light_with_floor(floor_m);
-        SceneCache::new(objects, &QUALITY).color(lighting, background, &View::Perspective(*camera))
+        SceneCache::new(objects, &RenderSettings::MOTION).color(
+            lighting,
+            background,
+            &View::Perspective(*camera),
+        )
     }
 }
