@@ -5,7 +5,8 @@
 //! pads open wide enough, the fingers can close there (antipodal grasps: Nguyen, "Constructing force-closure grasps",
 //! 1988). The hand comes from several angles about that line. Candidates with the best score whose hand touches
 //! neither object nor table, while it approaches, opened, or closed, are tried in simulation: the hand closes, lifts
-//! the object, shakes and holds it. Grasps that keep the object are stable.
+//! the object, shakes and holds it. Grasps that keep the object are stable. Where none is, those that slipped are tried
+//! with less force, and then a second search has more candidates tried.
 //!
 //! The object stands as its `world_from_object` says, on a plane at its lowest point. Grasps are given in the frame of
 //! the object; z of the tool points away from the arm, and the fingers close along y. A grasp and its mirror image,
@@ -15,6 +16,7 @@ mod antipodal;
 mod export;
 mod hand_shape;
 mod patch;
+mod second_search;
 mod settings;
 mod solid;
 mod trial;
@@ -28,13 +30,18 @@ use serde::{Deserialize, Serialize};
 use crate::world::{WorldError, WorldOptions};
 use antipodal::{Candidate, candidates};
 
+use second_search::{Experience, excess, more_candidates};
+
 pub(crate) use export::gripper_joint;
 pub use export::{grasp_file, isaac_grasp_yaml};
 pub use hand_shape::HandShape;
 pub use scene::grasps::GraspVerdict as Verdict;
 pub use settings::{GraspSettings, TrialSettings};
 pub use solid::HullSolid;
-pub use trial::{TrialResult, try_grasp, try_grasp_with};
+pub use trial::{TrialResult, try_grasp, try_grasp_gently, try_grasp_with};
+
+/// Of the grasps that slipped, so many are tried with less force before others are sought.
+const EASY_TRIALS: usize = 6;
 
 /// A grasp of one object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,8 +65,9 @@ pub struct Grasp {
 
 /// Finds grasps of an object, the stable ones first, each group by falling confidence.
 ///
-/// Candidates are tried in the order of their score until enough are stable. Equal arguments and random numbers give
-/// equal grasps. Tens of milliseconds, and about a quarter of a second for each trial.
+/// Candidates are tried in the order of their score until enough are stable. Where none was, `max_more_trials` others
+/// follow. Equal arguments and random numbers give equal grasps. Tens of milliseconds, and about a quarter of a second
+/// for each trial.
 ///
 /// # Errors
 /// If the object cannot be simulated: a hull is broken, or its mass is not positive.
@@ -74,21 +82,17 @@ pub fn grasps(
     let mut grasps = Vec::with_capacity(found.len());
     let (mut stable, mut tried) = (0, 0);
     for candidate in &found {
-        let mut grasp = untested(candidate, robot.gripper().grip_force_n);
         if stable < settings.wanted_stable && tried < settings.max_trials {
             tried += 1;
-            let result = try_grasp(object, robot, &grasp, &settings.trial, &WorldOptions::default())?;
-            (grasp.verdict, grasp.slip_m, grasp.turn_rad) = (result.verdict, result.slip_m, result.turn_rad);
-            grasp.force_n = result.force_n;
-            if let Some(opening_m) = result.opening_m {
-                grasp.opening_m = opening_m;
-            }
-            if grasp.verdict == Verdict::Stable {
-                stable += 1;
-                grasp.confidence = 0.5 + 0.5 * candidate.score;
-            }
+            let grasp = tried_grasp(object, robot, candidate, settings)?;
+            stable += usize::from(grasp.verdict == Verdict::Stable);
+            grasps.push(grasp);
+        } else {
+            grasps.push(untested(candidate, robot.gripper().grip_force_n));
         }
-        grasps.push(grasp);
+    }
+    if stable == 0 && tried > 0 && settings.max_more_trials > 0 {
+        try_more(object, robot, settings, &hand, &mut grasps, rng)?;
     }
     let rank = |grasp: &Grasp| match grasp.verdict {
         Verdict::Stable => 0,
@@ -111,6 +115,76 @@ pub fn untested_grasps(
     found.iter().map(|candidate| untested(candidate, robot.gripper().grip_force_n)).collect()
 }
 
+/// Where no grasp was stable: tries the best ones with less force, then candidates of the second search.
+fn try_more(
+    object: &Body,
+    robot: &Robot,
+    settings: &GraspSettings,
+    hand: &HandShape,
+    grasps: &mut Vec<Grasp>,
+    rng: &mut impl Rng,
+) -> Result<(), WorldError> {
+    let mut stable = 0;
+    let mut held: Vec<usize> =
+        (0..grasps.len()).filter(|&index| grasps[index].verdict == Verdict::Slipped).collect();
+    held.sort_by(|&a, &b| excess(&grasps[a], settings).total_cmp(&excess(&grasps[b], settings)));
+    for index in held.into_iter().take(EASY_TRIALS) {
+        if stable < settings.wanted_stable {
+            stable += usize::from(made_stable(object, robot, &mut grasps[index], settings)?);
+        }
+    }
+    if stable > 0 {
+        return Ok(());
+    }
+    let mut experience = Experience::default();
+    for grasp in grasps.iter().filter(|grasp| grasp.verdict != Verdict::Untested) {
+        experience.add(grasp, settings);
+    }
+    let mut more = more_candidates(object, hand, settings, rng);
+    for _ in 0..settings.max_more_trials {
+        let Some(candidate) = experience.take_best(&mut more) else { break };
+        let mut grasp = tried_grasp(object, robot, &candidate, settings)?;
+        if grasp.verdict == Verdict::Slipped {
+            made_stable(object, robot, &mut grasp, settings)?;
+        }
+        experience.add(&grasp, settings);
+        stable += usize::from(grasp.verdict == Verdict::Stable);
+        grasps.push(grasp);
+        if stable == settings.wanted_stable {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a grasp that slipped is stable with less force; it is changed only then.
+fn made_stable(
+    object: &Body,
+    robot: &Robot,
+    grasp: &mut Grasp,
+    settings: &GraspSettings,
+) -> Result<bool, WorldError> {
+    let result = try_grasp_gently(object, robot, grasp, &settings.trial, &WorldOptions::default())?;
+    let is_stable = result.verdict == Verdict::Stable;
+    if is_stable {
+        grasp.take(&result);
+    }
+    Ok(is_stable)
+}
+
+/// A candidate after its trial.
+fn tried_grasp(
+    object: &Body,
+    robot: &Robot,
+    candidate: &Candidate,
+    settings: &GraspSettings,
+) -> Result<Grasp, WorldError> {
+    let mut grasp = untested(candidate, robot.gripper().grip_force_n);
+    let result = try_grasp(object, robot, &grasp, &settings.trial, &WorldOptions::default())?;
+    grasp.take(&result);
+    Ok(grasp)
+}
+
 fn untested(candidate: &Candidate, force_n: f64) -> Grasp {
     Grasp {
         object_from_tool: candidate.object_from_tool,
@@ -128,6 +202,18 @@ impl Grasp {
     /// The direction in which the hand approaches, in the frame of the object.
     pub fn approach(&self) -> DVec3 {
         self.object_from_tool.transform_vector(DVec3::Z)
+    }
+
+    /// Notes what a trial said. The confidence must be that of an untested grasp.
+    fn take(&mut self, result: &TrialResult) {
+        (self.verdict, self.slip_m, self.turn_rad) = (result.verdict, result.slip_m, result.turn_rad);
+        self.force_n = result.force_n;
+        if let Some(opening_m) = result.opening_m {
+            self.opening_m = opening_m;
+        }
+        if self.verdict == Verdict::Stable {
+            self.confidence += 0.5;
+        }
     }
 
     /// The same grasp with the fingers swapped.

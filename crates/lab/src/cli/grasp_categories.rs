@@ -28,6 +28,9 @@ pub struct Arguments {
     /// Same categories and seed: same grasps
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
+    /// Also tell each grasp that was tried
+    #[arg(long)]
+    trials: bool,
     /// Only these categories
     #[arg(value_name = "CATEGORY")]
     categories: Vec<String>,
@@ -48,6 +51,9 @@ struct Outcome<'a> {
     stable_slip_m: Option<f64>,
     /// The same in the best of the others.
     unstable_slip_m: Option<f64>,
+    /// The grasps that were tried, the stable ones first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    trials: Vec<Grasp>,
 }
 
 /// Tries the categories, and prints what became of them in the order of the catalog.
@@ -66,7 +72,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let settings = GraspSettings { wanted_stable: 1, ..config.grasps.clone() };
     let tried = |category: &&'static Category| {
         let done = object(category, &config.decompose)
-            .and_then(|body| outcome(category, &body, &robot, &settings, arguments.seed));
+            .and_then(|body| outcome(category, &body, &robot, &settings, &arguments));
         done.map_err(|why| Failure::new(Exit::Error, format!("{} could not be tried: {why}", category.name)))
     };
     let outcomes: Vec<Outcome> = chosen.par_iter().map(tried).collect::<Result<_, Failure>>()?;
@@ -102,26 +108,30 @@ fn outcome<'a>(
     body: &Body,
     robot: &Robot,
     settings: &GraspSettings,
-    seed: u64,
+    arguments: &Arguments,
 ) -> Result<Outcome<'a>, String> {
-    let mut rng = child_rng(seed, &format!("grasps of {}", body.name));
+    let mut rng = child_rng(arguments.seed, &format!("grasps of {}", body.name));
     let found = grasps(body, robot, settings, &mut rng).map_err(|error| error.to_string())?;
     let points = || body.hulls.iter().flat_map(|hull| &hull.points);
     let low = points().fold(geometry::DVec3::INFINITY, |low, p| low.min(*p));
     let high = points().fold(geometry::DVec3::NEG_INFINITY, |high, p| high.max(*p));
+    let tried: Vec<Grasp> =
+        found.iter().filter(|grasp| grasp.verdict != Verdict::Untested).copied().collect();
     Ok(Outcome {
         category: &category.name,
         mass_kg: body.mass.mass_kg,
         thinnest_m: (high - low).min_element(),
         candidates: found.len(),
-        tried: found.iter().filter(|grasp| grasp.verdict != Verdict::Untested).count(),
+        tried: tried.len(),
         stable_slip_m: smallest_slip_m(&found, |verdict| verdict == Verdict::Stable),
         unstable_slip_m: smallest_slip_m(&found, |v| !matches!(v, Verdict::Stable | Verdict::Untested)),
+        trials: if arguments.trials { tried } else { Vec::new() },
     })
 }
 
-/// Of the grasps with such a verdict.
+/// Of the grasps with such a verdict that held the object at all; those that never did have no slip.
 fn smallest_slip_m(grasps: &[Grasp], is_meant: impl Fn(Verdict) -> bool) -> Option<f64> {
     let meant = grasps.iter().filter(|grasp| is_meant(grasp.verdict)).map(|grasp| grasp.slip_m);
+    let meant = meant.filter(|slip_m| *slip_m > 0.0);
     meant.min_by(f64::total_cmp)
 }

@@ -5,7 +5,7 @@ use physics::Body;
 use rand::Rng;
 
 use super::hand_shape::HandShape;
-use super::patch::close_pads;
+use super::patch::{PadContact, close_pads};
 use super::settings::GraspSettings;
 use super::solid::HullSolid;
 use crate::swept::Swept;
@@ -36,6 +36,9 @@ pub struct Candidate {
     pub pregrasp_opening_m: f64,
     /// 0..=1.
     pub score: f64,
+    /// 0..=1: how far the closing line is inside the cone of friction.
+    pub margin: f64,
+    pub contact: PadContact,
 }
 
 /// Finds candidates whose hands touch neither the object nor the table, by falling score.
@@ -45,41 +48,18 @@ pub fn candidates(
     settings: &GraspSettings,
     rng: &mut impl Rng,
 ) -> Vec<Candidate> {
-    let solid = HullSolid::new(&object.hulls);
-    let standing = Pose { translation_m: DVec3::ZERO, ..object.world_from_object };
-    let floor_m = object
-        .hulls
-        .iter()
-        .flat_map(|hull| &hull.points)
-        .map(|p| standing.transform_point(*p).z)
-        .fold(f64::INFINITY, f64::min);
-    let search = Search { object, solid, hand, settings, standing, floor_m };
+    let search = Search::new(object, hand, settings);
     let mut drafts: Vec<Draft> = Vec::new();
     for _ in 0..settings.surface_points {
         if let Some((point, normal)) = search.solid.draw(rng) {
             search.at_point(point, normal, &mut drafts);
         }
     }
-    drafts.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let mut tried: Vec<Pose> = Vec::new();
-    let mut kept: Vec<Candidate> = Vec::new();
-    for draft in drafts {
-        if kept.len() == settings.max_candidates || tried.len() == MAX_TRIED {
-            break;
-        }
-        let is_kept = kept.iter().any(|other| !differ(&other.object_from_tool, &draft.pose, 1.0));
-        if is_kept || tried.iter().any(|other| !differ(other, &draft.pose, FAILED_SHARE)) {
-            continue;
-        }
-        tried.push(draft.pose);
-        kept.extend(search.candidate(&draft).filter(|candidate| search.is_free(candidate)));
-    }
-    kept.sort_by(|a, b| b.score.total_cmp(&a.score));
-    kept
+    search.free(drafts, settings.max_candidates, MAX_TRIED)
 }
 
 /// Whether two hands are far apart, by a share of the usual bounds, with or without swapping the fingers.
-fn differ(a: &Pose, b: &Pose, share: f64) -> bool {
+pub(super) fn differ(a: &Pose, b: &Pose, share: f64) -> bool {
     let half_turn = DQuat::from_rotation_z(std::f64::consts::PI);
     let turn_rad = |rotation: DQuat| a.rotation.angle_between(rotation);
     a.translation_m.distance(b.translation_m) > share * SAME_M
@@ -87,7 +67,7 @@ fn differ(a: &Pose, b: &Pose, share: f64) -> bool {
 }
 
 /// A hand before its pads and its collisions are computed.
-struct Draft {
+pub(super) struct Draft {
     /// `object_from_tool`, at the center of the part that the line passes through.
     pose: Pose,
     margin: f64,
@@ -95,9 +75,9 @@ struct Draft {
     score: f64,
 }
 
-struct Search<'a> {
+pub(super) struct Search<'a> {
     object: &'a Body,
-    solid: HullSolid,
+    pub solid: HullSolid,
     hand: &'a HandShape,
     settings: &'a GraspSettings,
     /// Turns the object as it stands.
@@ -106,47 +86,117 @@ struct Search<'a> {
     floor_m: f64,
 }
 
-impl Search<'_> {
-    fn at_point(&self, point: DVec3, normal: DVec3, found: &mut Vec<Draft>) {
-        let up = self.standing.inverse().transform_vector(DVec3::Z);
-        let inward = -normal;
+/// A line along which fingers can close.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ClosingLine {
+    /// The center of the part that it passes through.
+    pub center: DVec3,
+    pub direction: DVec3,
+    /// 0..=1: how far it is inside the cone of friction.
+    pub margin: f64,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(object: &'a Body, hand: &'a HandShape, settings: &'a GraspSettings) -> Self {
+        let solid = HullSolid::new(&object.hulls);
+        let standing = Pose { translation_m: DVec3::ZERO, ..object.world_from_object };
+        let floor_m = object
+            .hulls
+            .iter()
+            .flat_map(|hull| &hull.points)
+            .map(|p| standing.transform_point(*p).z)
+            .fold(f64::INFINITY, f64::min);
+        Self { object, solid, hand, settings, standing, floor_m }
+    }
+
+    /// The direction of up in the frame of the object.
+    pub fn up(&self) -> DVec3 {
+        self.standing.inverse().transform_vector(DVec3::Z)
+    }
+
+    /// The horizontal direction nearest to a normal's inward one, if the cone of friction has it and it is another.
+    pub fn flat(&self, inward: DVec3) -> Option<DVec3> {
+        let up = self.up();
         let flat = (inward - inward.dot(up) * up).try_normalize();
-        let max_rad = CONE_SHARE * self.hand.friction.atan();
-        let tilted = flat.filter(|flat| {
+        flat.filter(|flat| {
             let between = flat.angle_between(inward);
-            between > 0.02 && between < max_rad
-        });
-        for direction in std::iter::once(inward).chain(tilted) {
-            let spans = self.solid.spans(point, direction);
-            let Some(span) = spans.iter().find(|span| span.from_m.abs() < 1e-4) else { continue };
-            let width_m = span.to_m - span.from_m;
-            let widest_m = self.hand.max_opening_m - self.settings.opening_margin_m;
-            let angles = [(-span.enters).angle_between(direction), span.leaves.angle_between(direction)];
-            let angle_rad = angles[0].max(angles[1]);
-            if !(THINNEST_M..=widest_m).contains(&width_m) || angle_rad > max_rad {
+            between > 0.02 && between < self.max_rad()
+        })
+    }
+
+    /// The angle between a closing line and a normal is at most this.
+    pub fn max_rad(&self) -> f64 {
+        CONE_SHARE * self.hand.friction.atan()
+    }
+
+    /// The part of a line through a point of the surface that the fingers can close on.
+    pub fn line(&self, point: DVec3, direction: DVec3) -> Option<ClosingLine> {
+        let max_rad = self.max_rad();
+        let spans = self.solid.spans(point, direction);
+        let span = spans.iter().find(|span| span.from_m.abs() < 1e-4)?;
+        let width_m = span.to_m - span.from_m;
+        let widest_m = self.hand.max_opening_m - self.settings.opening_margin_m;
+        let angles = [(-span.enters).angle_between(direction), span.leaves.angle_between(direction)];
+        let angle_rad = angles[0].max(angles[1]);
+        if !(THINNEST_M..=widest_m).contains(&width_m) || angle_rad > max_rad {
+            return None;
+        }
+        let center = point + 0.5 * (span.from_m + span.to_m) * direction;
+        Some(ClosingLine { center, direction, margin: 1.0 - angle_rad / max_rad })
+    }
+
+    /// The hands of drafts that are free and differ, by falling score. Drafts with the best score come first.
+    pub fn free(&self, mut drafts: Vec<Draft>, max_count: usize, max_tried: usize) -> Vec<Candidate> {
+        drafts.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let mut tried: Vec<Pose> = Vec::new();
+        let mut kept: Vec<Candidate> = Vec::new();
+        for draft in drafts {
+            if kept.len() == max_count || tried.len() == max_tried {
+                break;
+            }
+            let is_kept = kept.iter().any(|other| !differ(&other.object_from_tool, &draft.pose, 1.0));
+            if is_kept || tried.iter().any(|other| !differ(other, &draft.pose, FAILED_SHARE)) {
                 continue;
             }
-            let center = point + 0.5 * (span.from_m + span.to_m) * direction;
-            self.hands(center, direction, up, 1.0 - angle_rad / max_rad, found);
+            tried.push(draft.pose);
+            kept.extend(self.candidate(&draft).filter(|candidate| self.is_free(candidate)));
+        }
+        kept.sort_by(|a, b| b.score.total_cmp(&a.score));
+        kept
+    }
+
+    fn at_point(&self, point: DVec3, normal: DVec3, found: &mut Vec<Draft>) {
+        let inward = -normal;
+        for direction in std::iter::once(inward).chain(self.flat(inward)) {
+            if let Some(line) = self.line(point, direction) {
+                self.hands(&line, found);
+            }
         }
     }
 
     /// Adds the hands that close along a line.
-    fn hands(&self, center: DVec3, closing: DVec3, up: DVec3, margin: f64, found: &mut Vec<Draft>) {
-        let downward = (closing.dot(up) * closing - up).try_normalize();
-        let first = downward.unwrap_or_else(|| closing.any_orthonormal_vector());
+    fn hands(&self, line: &ClosingLine, found: &mut Vec<Draft>) {
         let count = self.settings.approach_angles;
         for k in 0..count {
-            let turn = DQuat::from_axis_angle(closing, std::f64::consts::TAU * k as f64 / count as f64);
-            let approach = turn * first;
-            if approach.dot(up) > MAX_UPWARD {
-                continue;
-            }
-            let across = closing.cross(approach);
-            let rotation = DQuat::from_mat3(&DMat3::from_cols(across, closing, approach));
-            let pose = Pose { translation_m: center, rotation };
-            found.push(Draft { pose, margin, score: self.score(&pose, margin, up) });
+            let angle_rad = std::f64::consts::TAU * k as f64 / count as f64;
+            found.extend(self.draft(line, angle_rad, 0.0));
         }
+    }
+
+    /// The hand that closes along a line and is turned about it, from where it comes from above as far as it can. Its
+    /// fingers reach deeper than the line by `deeper_m`. `None` if it comes from below.
+    pub fn draft(&self, line: &ClosingLine, angle_rad: f64, deeper_m: f64) -> Option<Draft> {
+        let (closing, up) = (line.direction, self.up());
+        let downward = (closing.dot(up) * closing - up).try_normalize();
+        let first = downward.unwrap_or_else(|| closing.any_orthonormal_vector());
+        let approach = DQuat::from_axis_angle(closing, angle_rad) * first;
+        if approach.dot(up) > MAX_UPWARD {
+            return None;
+        }
+        let across = closing.cross(approach);
+        let rotation = DQuat::from_mat3(&DMat3::from_cols(across, closing, approach));
+        let pose = Pose { translation_m: line.center + deeper_m * approach, rotation };
+        Some(Draft { pose, margin: line.margin, score: self.score(&pose, line.margin, up) })
     }
 
     /// The score of a hand but for the share of the pads that touches: for closing lines that are well inside the cone
@@ -160,8 +210,8 @@ impl Search<'_> {
     }
 
     /// The hand moved back where the table is in its way, with the width that its pads meet.
-    fn candidate(&self, draft: &Draft) -> Option<Candidate> {
-        let up = self.standing.inverse().transform_vector(DVec3::Z);
+    pub fn candidate(&self, draft: &Draft) -> Option<Candidate> {
+        let up = self.up();
         let mut object_from_tool = draft.pose;
         let rotation = object_from_tool.rotation;
         let approach = rotation * DVec3::Z;
@@ -185,7 +235,15 @@ impl Search<'_> {
             (contact.width_m + 2.0 * self.settings.clearance_m).min(self.hand.max_opening_m);
         let touching = 0.25 * contact.share.min(FULL_SHARE) / FULL_SHARE;
         let score = self.score(&object_from_tool, draft.margin, up) + touching;
-        Some(Candidate { object_from_tool, width_m: contact.width_m, pregrasp_opening_m, score })
+        let margin = draft.margin;
+        Some(Candidate {
+            object_from_tool,
+            width_m: contact.width_m,
+            pregrasp_opening_m,
+            score,
+            margin,
+            contact,
+        })
     }
 
     /// The lowest point of the hand, as the object stands.
@@ -196,7 +254,7 @@ impl Search<'_> {
     }
 
     /// Whether the hand touches neither table nor object: on its way with the fingers opened, and with them closed.
-    fn is_free(&self, candidate: &Candidate) -> bool {
+    pub fn is_free(&self, candidate: &Candidate) -> bool {
         let Candidate { object_from_tool, width_m, pregrasp_opening_m, .. } = candidate;
         let floor_m = self.floor_m + 0.5 * self.settings.table_gap_m;
         let back = self.settings.approach_m * DVec3::NEG_Z;

@@ -22,6 +22,8 @@ pub struct GraspSettings {
     pub max_candidates: usize,
     /// The most candidates that are tried in simulation.
     pub max_trials: usize,
+    /// The most further candidates that are tried where none of these was stable.
+    pub max_more_trials: usize,
     /// Trials end when so many were stable.
     pub wanted_stable: usize,
     pub trial: TrialSettings,

@@ -14,6 +14,8 @@ use crate::world::{ManipulationWorld, WorldError, WorldOptions};
 const HOLDING_SHARE: f64 = 0.3;
 /// The share of the usual force that is tried where that squeezes an object out of the hand.
 const GENTLE_SHARE: f64 = 0.1;
+/// The share that is tried where an object is held and yet moves: soft contacts creep less under it.
+const EASY_SHARE: f64 = 0.3;
 /// The grip is given this time after the fingers have closed, seconds.
 const SETTLE_S: f64 = 0.15;
 /// Fingers that press gently are slow; they get this much longer than their speed asks for, seconds.
@@ -54,6 +56,20 @@ pub fn try_grasp(
     };
     let other = try_grasp_with(object, robot, grasp, other_n, settings, options)?;
     Ok(if other.verdict == Verdict::Stable { other } else { usual })
+}
+
+/// Tries a grasp with less than the usual force of the gripper. See [`try_grasp_with`].
+///
+/// # Errors
+/// If the object cannot be simulated.
+pub fn try_grasp_gently(
+    object: &Body,
+    robot: &Robot,
+    grasp: &Grasp,
+    settings: &TrialSettings,
+    options: &WorldOptions,
+) -> Result<TrialResult, WorldError> {
+    try_grasp_with(object, robot, grasp, EASY_SHARE * robot.gripper().grip_force_n, settings, options)
 }
 
 /// Tries a grasp with the gripper of `robot` and no arm, each pad pressing with `force_n`. The object stands on a
