@@ -230,12 +230,12 @@ async fn accepted(api: &Api, recording_id: &RecordingId) -> Result<Response, Pro
 }
 
 /// The recording id in a path. A text that is no id names no recording.
-fn parse_id(text: &str) -> Result<RecordingId, Problem> {
+pub(super) fn parse_id(text: &str) -> Result<RecordingId, Problem> {
     text.parse().map_err(|_| Problem::not_found("recording of episodes", text))
 }
 
 /// A recording that is there.
-async fn find(api: &Api, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
+pub(super) async fn find(api: &Api, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
     let row = api.store.recording(&DEFAULT_TENANT, recording_id).await?;
     row.ok_or_else(|| Problem::not_found("recording of episodes", recording_id.as_str()))
 }
