@@ -19,7 +19,7 @@ use super::accepted::accepted_at;
 use super::enqueue::idempotency_key;
 use super::error::{Problem, ProblemType};
 use super::json_body::{json_bytes, media_type, parse};
-use super::query::{PageSize, PageToken, Parameters};
+use super::query::{Page, PageSize, PageToken, Parameters};
 use ::batches::BatchState;
 use scene::BatchId;
 use store::DEFAULT_TENANT;
@@ -62,19 +62,17 @@ pub async fn list(
     State(api): State<Api>,
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Response, Problem> {
-    let size = parameters.page_size.get();
+    let size = parameters.page_size;
     let filter = BatchFilter {
         state: parameters.state,
         before_id: parameters.page_token.and_then(PageToken::last_id),
-        limit: size + 1,
+        limit: size.rows_to_read(),
     };
-    let mut rows = api.store.batches(&DEFAULT_TENANT, filter).await?;
-    let more = rows.len() > size as usize;
-    rows.truncate(size as usize);
-    let next = rows.last().filter(|_| more).and_then(|batch| PageToken::after(batch.id.as_str()));
+    let rows = api.store.batches(&DEFAULT_TENANT, filter).await?;
+    let Page { rows, next_page_token } = size.page_of(rows, |batch| PageToken::after(batch.id.as_str()));
     let accounts = api.store.batch_accounts(&rows).await?;
     let batches = rows.into_iter().zip(accounts).map(|(row, account)| BatchView::new(row, account));
-    let page = BatchPage { batches: batches.collect(), next_page_token: next.map(|token| token.to_string()) };
+    let page = BatchPage { batches: batches.collect(), next_page_token };
     Ok(Json(page).into_response())
 }
 

@@ -21,7 +21,7 @@ use super::enqueue::idempotency_key;
 use super::error::{Problem, ProblemType};
 use super::json_body::{json_bytes, media_type, parse};
 use super::pieces::{self, Piece};
-use super::query::{PageSize, PageToken, Parameters};
+use super::query::{Page, PageSize, PageToken, Parameters};
 use ::datasets::tar;
 use scene::DatasetId;
 use store::datasets::{
@@ -83,21 +83,16 @@ pub async fn list(
     State(api): State<Api>,
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Response, Problem> {
-    let size = parameters.page_size.get();
+    let size = parameters.page_size;
     let filter = DatasetFilter {
         name: parameters.name,
         state: parameters.state.map(|state| state.0),
         before_id: parameters.page_token.and_then(PageToken::last_id),
-        limit: size + 1,
+        limit: size.rows_to_read(),
     };
-    let mut rows = api.store.datasets(&DEFAULT_TENANT, filter).await?;
-    let more = rows.len() > size as usize;
-    rows.truncate(size as usize);
-    let next = rows.last().filter(|_| more).and_then(|dataset| PageToken::after(dataset.id.as_str()));
-    let page = DatasetPage {
-        datasets: rows.into_iter().map(DatasetView::new).collect(),
-        next_page_token: next.map(|token| token.to_string()),
-    };
+    let rows = api.store.datasets(&DEFAULT_TENANT, filter).await?;
+    let Page { rows, next_page_token } = size.page_of(rows, |dataset| PageToken::after(dataset.id.as_str()));
+    let page = DatasetPage { datasets: rows.into_iter().map(DatasetView::new).collect(), next_page_token };
     Ok(Json(page).into_response())
 }
 

@@ -23,7 +23,7 @@ use super::enqueue::idempotency_key;
 use super::error::{Problem, ProblemType};
 use super::json_body::{json_bytes, media_type, parse};
 use super::parent::ParentBundle;
-use super::query::{IdFilter, PageSize, PageToken, Parameters};
+use super::query::{IdFilter, Page, PageSize, PageToken, Parameters};
 use super::scenes;
 use scene::RecordingId;
 use store::recordings::{
@@ -101,22 +101,20 @@ pub async fn list(
     State(api): State<Api>,
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Response, Problem> {
-    let size = parameters.page_size.get();
+    let size = parameters.page_size;
     let filter = RecordingFilter {
         scene_id: parameters.scene.and_then(IdFilter::id),
         state: parameters.state.map(|state| state.0),
         before_id: parameters.page_token.and_then(PageToken::last_id),
-        limit: size + 1,
+        limit: size.rows_to_read(),
     };
-    let mut rows = api.store.recordings(&DEFAULT_TENANT, filter).await?;
-    let more = rows.len() > size as usize;
-    rows.truncate(size as usize);
-    let next = rows.last().filter(|_| more).and_then(|row| PageToken::after(row.id.as_str()));
+    let rows = api.store.recordings(&DEFAULT_TENANT, filter).await?;
+    let Page { rows, next_page_token } = size.page_of(rows, |row| PageToken::after(row.id.as_str()));
     let mut recordings = Vec::with_capacity(rows.len());
     for row in rows {
         recordings.push(RecordingView::of(&api, row).await?);
     }
-    let page = RecordingPage { recordings, next_page_token: next.map(|token| token.to_string()) };
+    let page = RecordingPage { recordings, next_page_token };
     Ok(Json(page).into_response())
 }
 
@@ -157,16 +155,13 @@ pub async fn files(
     Parameters(parameters): Parameters<FileParameters>,
 ) -> Result<Response, Problem> {
     let row = finished(&api, &recording_id).await?;
-    let size = parameters.page_size.get();
+    let size = parameters.page_size;
     let after = parameters.page_token.and_then(content::place_of);
-    let mut files = api.store.recording_files(&row.id, after, size + 1).await?;
-    let more = files.len() > size as usize;
-    files.truncate(size as usize);
-    let next = files.last().filter(|_| more).and_then(|(place, _)| content::token_after(*place));
+    let files = api.store.recording_files(&row.id, after, size.rows_to_read()).await?;
+    let page = size.page_of(files, |(place, _)| content::token_after(*place));
     let files: Vec<RecordingFileView> =
-        files.into_iter().map(|(_, file)| RecordingFileView::new(&row.id, file)).collect();
-    let next = next.map(|token| token.to_string());
-    Ok(Json(json!({ "files": files, "next_page_token": next })).into_response())
+        page.rows.into_iter().map(|(_, file)| RecordingFileView::new(&row.id, file)).collect();
+    Ok(Json(json!({ "files": files, "next_page_token": page.next_page_token })).into_response())
 }
 
 /// `GET /episodes/{recording_id}/files/{name}`.
@@ -235,12 +230,12 @@ async fn accepted(api: &Api, recording_id: &RecordingId) -> Result<Response, Pro
 }
 
 /// The recording id in a path. A text that is no id names no recording.
-fn parse_id(text: &str) -> Result<RecordingId, Problem> {
+pub(super) fn parse_id(text: &str) -> Result<RecordingId, Problem> {
     text.parse().map_err(|_| Problem::not_found("recording of episodes", text))
 }
 
 /// A recording that is there.
-async fn find(api: &Api, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
+pub(super) async fn find(api: &Api, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
     let row = api.store.recording(&DEFAULT_TENANT, recording_id).await?;
     row.ok_or_else(|| Problem::not_found("recording of episodes", recording_id.as_str()))
 }

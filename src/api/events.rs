@@ -1,11 +1,14 @@
-//! `/jobs/{job_id}/events`: what happened, as a JSON page or as server-sent events.
+//! `/jobs/{job_id}/events` and `/episodes/{recording_id}/events`: what happened, as a JSON page or as server-sent
+//! events.
 //!
-//! Events are rows numbered within their job. A stream is nothing but reading rows again whenever the job has moved
-//! ([`hub`]), from the number the client saw last: a reconnect, or a restart of the server, loses nothing and repeats
-//! nothing. A stream therefore ends after a while, so that no client holds a place for ever ([`stream_limits`]).
+//! Events are rows numbered within their [`subject`]. A stream is nothing but reading rows again whenever the subject
+//! has moved ([`hub`]), from the number the client saw last: a reconnect, or a restart of the server, loses nothing and
+//! repeats nothing. A stream therefore ends after a while, so that no client holds a place for ever
+//! ([`stream_limits`]).
 
 pub mod hub;
 pub mod stream_limits;
+pub mod subject;
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -24,20 +27,20 @@ use tokio::time::Instant;
 
 use super::Api;
 use super::error::{Problem, ProblemType};
-use super::jobs::{find, parse_id};
 use super::query::{PageSize, Parameters, Sequence};
 use super::serve::connection::Connection;
 use super::views::EventView;
+use super::{episodes, jobs};
 use hub::Progress;
-use scene::JobId;
+use store::StoreError;
 use store::events::Event;
-use store::{DEFAULT_TENANT, StoreError};
 use stream_limits::StreamSlot;
+use subject::Subject;
 
 /// After a broken stream, a client comes back after this long.
 const RECONNECT: Duration = Duration::from_secs(2);
 
-/// Parameters of `GET /jobs/{job_id}/events`.
+/// Parameters of `GET /jobs/{job_id}/events` and `GET /episodes/{recording_id}/events`.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EventParameters {
@@ -47,19 +50,41 @@ pub struct EventParameters {
 }
 
 /// `GET /jobs/{job_id}/events`.
-pub async fn list(
+pub async fn of_job(
     State(api): State<Api>,
     Path(job_id): Path<String>,
     Parameters(parameters): Parameters<EventParameters>,
     connection: Option<Extension<Arc<Connection>>>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
+    answer(api, Subject::Job(jobs::parse_id(&job_id)?), parameters, connection, headers).await
+}
+
+/// `GET /episodes/{recording_id}/events`.
+pub async fn of_recording(
+    State(api): State<Api>,
+    Path(recording_id): Path<String>,
+    Parameters(parameters): Parameters<EventParameters>,
+    connection: Option<Extension<Arc<Connection>>>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let subject = Subject::Recording(episodes::parse_id(&recording_id)?);
+    answer(api, subject, parameters, connection, headers).await
+}
+
+/// A page of events, or a stream of those to come.
+async fn answer(
+    api: Api,
+    subject: Subject,
+    parameters: EventParameters,
+    connection: Option<Extension<Arc<Connection>>>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
     let (after, size) = (parameters.after.0, parameters.page_size.get());
-    let job_id = parse_id(&job_id)?;
     let is_stream = wants_stream(&headers);
     // Of many streams that open at once, a few read their first rows at a time.
     let turn = if is_stream { api.stream_reads.clone().acquire_owned().await.ok() } else { None };
-    let job = find(&api, &job_id).await?;
+    let has_ended = subject.has_ended(&api).await?;
     let seen = match headers.get("last-event-id") {
         None => after,
         Some(id) => {
@@ -72,12 +97,12 @@ pub async fn list(
         }
     };
     if !is_stream {
-        let events = api.store.events(&DEFAULT_TENANT, &job_id, after, size).await?;
+        let events = subject.events(&api.store, after, size).await?;
         let next = events.last().map_or(after, |event| event.seq);
         let views: Vec<EventView> = events.into_iter().map(EventView::new).collect();
         return Ok(Json(json!({ "events": views, "next_after": next })).into_response());
     }
-    if job.state.is_final() && api.store.events(&DEFAULT_TENANT, &job_id, seen, 1).await?.is_empty() {
+    if has_ended && subject.events(&api.store, seen, 1).await?.is_empty() {
         // Tells an EventSource that there is nothing to come back for.
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
@@ -85,7 +110,7 @@ pub async fn list(
     let client = connection.map(|Extension(connection)| api.proxies.client(connection.peer, &headers));
     let slot = api.streams.admit(client)?;
     let keep_alive = KeepAlive::new().interval(Duration::from_secs(15)).text("still here");
-    let events = EventStream::new(api, job_id, seen, slot).into_stream();
+    let events = EventStream::new(api, subject, seen, slot).into_stream();
     let mut response = Sse::new(events).keep_alive(keep_alive).into_response();
     let headers = response.headers_mut();
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
@@ -100,11 +125,11 @@ fn wants_stream(headers: &HeaderMap) -> bool {
     accepted.flat_map(|value| value.split(',')).any(|kind| kind.trim().starts_with("text/event-stream"))
 }
 
-/// Every event after the one seen last, until the job has ended, the client has gone, the stream is too old or the
+/// Every event after the one seen last, until the subject has ended, the client has gone, the stream is too old or the
 /// process is to end.
 struct EventStream {
     api: Api,
-    job_id: JobId,
+    subject: Subject,
     seen: i64,
     progress: Progress,
     /// Read, and not yet sent.
@@ -115,11 +140,11 @@ struct EventStream {
 }
 
 impl EventStream {
-    fn new(api: Api, job_id: JobId, seen: i64, slot: StreamSlot) -> Self {
-        let progress = api.hub.follow(&job_id);
+    fn new(api: Api, subject: Subject, seen: i64, slot: StreamSlot) -> Self {
+        let progress = api.hub.follow(&subject);
         let ends = Instant::now() + Duration::from_secs(api.settings.max_event_stream_secs);
         let events = VecDeque::new();
-        Self { api, job_id, seen, progress, events, ends, has_ended: false, _slot: slot }
+        Self { api, subject, seen, progress, events, ends, has_ended: false, _slot: slot }
     }
 
     fn into_stream(self) -> impl Stream<Item = Result<SentEvent, Infallible>> {
@@ -127,8 +152,8 @@ impl EventStream {
             match stream.next().await {
                 Ok(event) => event.map(|event| (Ok(event), stream)),
                 Err(error) => {
-                    let job_id = &stream.job_id;
-                    tracing::error!(%error, %job_id, "an event stream broke off; the client will come back");
+                    let subject = &stream.subject;
+                    tracing::error!(%error, %subject, "an event stream broke off; the client will come back");
                     None
                 }
             }
@@ -147,8 +172,7 @@ impl EventStream {
             let progress = *self.progress.borrow_and_update();
             if progress.is_some_and(|progress| progress.last_seq > self.seen) {
                 let _turn = self.api.stream_reads.acquire().await;
-                self.events =
-                    self.api.store.events(&DEFAULT_TENANT, &self.job_id, self.seen, 100).await?.into();
+                self.events = self.subject.events(&self.api.store, self.seen, 100).await?.into();
                 if !self.events.is_empty() {
                     continue;
                 }
@@ -167,7 +191,7 @@ impl EventStream {
         }
     }
 
-    /// The last message of a stream whose job goes on.
+    /// The last message of a stream whose subject goes on.
     fn end(&mut self, why: &str) -> SentEvent {
         self.has_ended = true;
         let advice = format!("{why}; reconnect with Last-Event-ID: {}", self.seen);

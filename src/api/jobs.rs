@@ -10,7 +10,7 @@ use serde_json::json;
 use super::Api;
 use super::accepted::accepted_at;
 use super::error::{Problem, ProblemType};
-use super::query::{IdFilter, PageSize, PageToken, Parameters, Time};
+use super::query::{IdFilter, Page, PageSize, PageToken, Parameters, Time};
 use super::submission::{json_bytes, media_type, parse};
 use super::views::{JobView, StageView};
 use crate::spans;
@@ -47,7 +47,7 @@ pub async fn list(
     State(api): State<Api>,
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Response, Problem> {
-    let size = parameters.page_size.get();
+    let size = parameters.page_size;
     let filter = JobFilter {
         state: parameters.state,
         kind: parameters.kind,
@@ -55,17 +55,12 @@ pub async fn list(
         batch: parameters.batch.and_then(IdFilter::id),
         created_after_ms: parameters.created_after.map(Time::as_ms),
         before_id: parameters.page_token.and_then(PageToken::last_id),
-        limit: size + 1,
+        limit: size.rows_to_read(),
     };
-    let mut rows = api.store.jobs(&DEFAULT_TENANT, filter).await?;
-    let more = rows.len() > size as usize;
-    rows.truncate(size as usize);
-    let next = rows.last().filter(|_| more).and_then(|job| PageToken::after(job.id.as_str()));
+    let rows = api.store.jobs(&DEFAULT_TENANT, filter).await?;
+    let Page { rows, next_page_token } = size.page_of(rows, |job| PageToken::after(job.id.as_str()));
     let jobs = views(&api, rows.into_iter().map(Some).collect()).await?;
-    let page = JobPage {
-        jobs: jobs.into_iter().flatten().collect(),
-        next_page_token: next.map(|token| token.to_string()),
-    };
+    let page = JobPage { jobs: jobs.into_iter().flatten().collect(), next_page_token };
     Ok(Json(page).into_response())
 }
 

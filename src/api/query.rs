@@ -42,6 +42,20 @@ impl PageSize {
     pub fn get(self) -> u32 {
         self.0
     }
+
+    /// Rows to read for a page: one more than it has, which tells whether another page follows.
+    pub fn rows_to_read(self) -> u32 {
+        self.0 + 1
+    }
+
+    /// The page of [`Self::rows_to_read`] rows; `token_after` is the token of the page behind a row.
+    pub fn page_of<T>(self, mut rows: Vec<T>, token_after: impl FnOnce(&T) -> Option<PageToken>) -> Page<T> {
+        let size = self.0 as usize;
+        let is_last = rows.len() <= size;
+        rows.truncate(size);
+        let token = rows.last().filter(|_| !is_last).and_then(token_after);
+        Page { rows, next_page_token: token.map(|token| token.to_string()) }
+    }
 }
 
 impl Default for PageSize {
@@ -57,6 +71,14 @@ impl TryFrom<String> for PageSize {
         let size = text.parse().ok().filter(|size| (1..=200).contains(size));
         size.map(Self).ok_or("must be a whole number from 1 to 200")
     }
+}
+
+/// The rows of a page of a list.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Page<T> {
+    pub rows: Vec<T>,
+    /// `None` on the last page.
+    pub next_page_token: Option<String>,
 }
 
 /// Opaque token that continues a list after the row with this id. The contract states its form exactly: 128 bits.
@@ -230,5 +252,20 @@ mod tests {
         assert_eq!(token.last_id::<String>().as_deref(), Some(id));
         // The last character holds two bits of the id and four zeros.
         assert!(PageToken::try_from("AZCjsAAAcACAAAAAAAAAAB".to_owned()).is_err());
+    }
+
+    #[test]
+    fn only_a_page_that_another_one_follows_has_a_token() {
+        let size = PageSize::try_from("2".to_owned()).expect("a size");
+        assert_eq!(size.rows_to_read(), 3);
+        let token_after = |row: &u32| PageToken::after(&Uuid::from_u128((*row).into()).to_string());
+        for count in 0..=2 {
+            let rows: Vec<u32> = (0..count).collect();
+            let page = size.page_of(rows.clone(), token_after);
+            assert_eq!(page, Page { rows, next_page_token: None });
+        }
+        let page = size.page_of(vec![7, 8, 9], token_after);
+        let next_page_token = token_after(&8).map(|token| token.to_string());
+        assert_eq!(page, Page { rows: vec![7, 8], next_page_token });
     }
 }

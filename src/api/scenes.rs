@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::enqueue::{Delivery, enqueue};
 use super::error::{Problem, ProblemType};
-use super::query::{IdFilter, LabelFilter, PageSize, PageToken, Parameters, Time};
+use super::query::{IdFilter, LabelFilter, Page, PageSize, PageToken, Parameters, Time};
 use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
 use super::{Api, jobs, submission};
 use scene::SceneId;
@@ -58,24 +58,22 @@ pub async fn list(
     State(api): State<Api>,
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Response, Problem> {
-    let size = parameters.page_size.get();
+    let size = parameters.page_size;
     let filter = SceneFilter {
         state: parameters.state,
         label: parameters.label.map(|label| (label.key, label.value)),
         parent: parameters.parent.and_then(IdFilter::id),
         created_after_ms: parameters.created_after.map(Time::as_ms),
         before_id: parameters.page_token.and_then(PageToken::last_id),
-        limit: size + 1,
+        limit: size.rows_to_read(),
     };
-    let mut rows = api.store.scenes(&DEFAULT_TENANT, filter).await?;
-    let more = rows.len() > size as usize;
-    rows.truncate(size as usize);
-    let next = rows.last().filter(|_| more).and_then(|(scene, _)| PageToken::after(scene.id.as_str()));
+    let rows = api.store.scenes(&DEFAULT_TENANT, filter).await?;
+    let Page { rows, next_page_token } = size.page_of(rows, |(scene, _)| PageToken::after(scene.id.as_str()));
     let (scenes, jobs): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
     let jobs = jobs::views(&api, jobs).await?;
     let page = ScenePage {
         scenes: scenes.into_iter().zip(jobs).map(|(scene, job)| SceneView::new(scene, job)).collect(),
-        next_page_token: next.map(|token| token.to_string()),
+        next_page_token,
     };
     Ok(Json(page).into_response())
 }

@@ -8,6 +8,7 @@ mod tasks;
 mod batches;
 mod datasets;
 mod episodes;
+mod recording_events;
 mod listing;
 mod documents;
 mod downloads;

@@ -5,3 +5,4 @@ pub mod server;
 pub mod contract;
 pub mod databases;
 pub mod tiny_bundle;
+pub mod event_stream;

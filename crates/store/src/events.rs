@@ -4,20 +4,22 @@
 //! therefore received all earlier events, across restarts.
 
 use serde_json::Value;
-use sqlx::{AnyConnection, AssertSqlSafe, Row};
+use sqlx::any::AnyRow;
+use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Row};
 
 use super::{Store, StoreError, database};
 use scene::job::JobState;
 use scene::{JobId, TenantId};
 
-/// One event.
+/// One event, of a job or of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// 1, 2, 3, ... within its job.
+    /// 1, 2, 3, ... within its job or recording.
     pub seq: i64,
     /// Milliseconds since 1970.
     pub at_ms: i64,
-    /// `job_queued`, `job_started`, `stage_started`, `stage_finished`, `job_retrying`, ...
+    /// `job_queued`, `job_started`, `stage_started`, `stage_finished`, `job_retrying`, ...; of a recording those of
+    /// [`crate::recordings::RecordingEventKind`].
     pub kind: String,
     pub data: Value,
 }
@@ -71,6 +73,36 @@ pub(super) async fn insert(
     Ok(())
 }
 
+/// The event of a row of `table`.
+pub(super) fn event_of(row: &AnyRow, table: &'static str) -> Result<Event, StoreError> {
+    let data: String = row.try_get("data")?;
+    let corrupt = |error: serde_json::Error| StoreError::Corrupt { table, reason: error.to_string() };
+    Ok(Event {
+        seq: row.try_get("seq")?,
+        at_ms: row.try_get("at")?,
+        kind: row.try_get("kind")?,
+        data: serde_json::from_str(&data).map_err(corrupt)?,
+    })
+}
+
+/// Columns of the tenant's rows of `table` with these ids, in one query.
+pub(super) async fn rows_of_ids(
+    readers: &AnyPool,
+    table: &str,
+    columns: &str,
+    tenant_id: &TenantId,
+    ids: &[&str],
+) -> Result<Vec<AnyRow>, StoreError> {
+    if ids.is_empty() {
+        return Ok(Vec::new());
+    }
+    let places: Vec<String> = (2..ids.len() + 2).map(|place| format!("${place}")).collect();
+    let sql = format!("SELECT {columns} FROM {table} WHERE tenant_id = $1 AND id IN ({})", places.join(", "));
+    let query = sqlx::query(AssertSqlSafe(sql)).persistent(false).bind(tenant_id.as_str());
+    let query = ids.iter().fold(query, |query, id| query.bind(*id));
+    Ok(query.fetch_all(readers).await?)
+}
+
 impl Store {
     /// At most `limit` events of a job after number `after`, in order.
     pub async fn events(
@@ -91,20 +123,7 @@ impl Store {
         .bind(i64::from(limit))
         .fetch_all(&self.readers)
         .await?;
-        rows.into_iter()
-            .map(|row| {
-                let data: String = row.try_get("data")?;
-                Ok(Event {
-                    seq: row.try_get("seq")?,
-                    at_ms: row.try_get("at")?,
-                    kind: row.try_get("kind")?,
-                    data: serde_json::from_str(&data).map_err(|error| StoreError::Corrupt {
-                        table: "events",
-                        reason: error.to_string(),
-                    })?,
-                })
-            })
-            .collect()
+        rows.iter().map(|row| event_of(row, "events")).collect()
     }
 
     /// How far the events of these jobs are, in one query; a job that is not there is left out. At most some hundred
@@ -114,17 +133,9 @@ impl Store {
         tenant_id: &TenantId,
         job_ids: &[JobId],
     ) -> Result<Vec<EventHead>, StoreError> {
-        if job_ids.is_empty() {
-            return Ok(Vec::new());
-        }
-        let places: Vec<String> = (2..job_ids.len() + 2).map(|place| format!("${place}")).collect();
-        let sql = format!(
-            "SELECT id, next_seq - 1 AS last_seq, state FROM jobs WHERE tenant_id = $1 AND id IN ({})",
-            places.join(", ")
-        );
-        let query = sqlx::query(AssertSqlSafe(sql)).persistent(false).bind(tenant_id.as_str());
-        let query = job_ids.iter().fold(query, |query, id| query.bind(id.as_str()));
-        let rows = query.fetch_all(&self.readers).await?;
+        let ids: Vec<&str> = job_ids.iter().map(JobId::as_str).collect();
+        let columns = "id, next_seq - 1 AS last_seq, state";
+        let rows = rows_of_ids(&self.readers, "jobs", columns, tenant_id, &ids).await?;
         rows.iter()
             .map(|row| {
                 let state: String = row.try_get("state")?;

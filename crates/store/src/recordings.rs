@@ -3,12 +3,15 @@
 //! A row is one order with its request, which the store does not interpret. Its attempts are numbered; processes take
 //! them one by one with a lease ([`claim`]) and keep what came of them ([`attempts`]), so that any number of processes
 //! work on one recording and none loses more than the attempts that it was making. When enough have succeeded and
-//! none is being made, one process assembles the dataset ([`dataset`]); the attempts are dropped then.
+//! none is being made, one process assembles the dataset ([`dataset`]); the attempts are dropped then. What happens is
+//! also fields by events ([`events`]), which stay.
 
 mod attempts;
 mod claim;
 mod dataset;
+mod events;
 mod files;
+mod progress;
 mod requests;
 
 use serde_json::Value;
@@ -18,10 +21,12 @@ use sqlx::any::AnyRow;
 use super::{Digest, Store, StoreError, database};
 use scene::{RecordingId, SceneId, TenantId};
 
-pub use attempts::{AttemptPace, Begun, KeptAttempt, MadeAttempt};
+pub use attempts::{Begun, KeptAttempt, MadeAttempt};
 pub use claim::{AssemblyLease, AttemptLease, RecordingClaim, RecordingWork};
 pub use dataset::{ArchivePart, RecordingArchive};
+pub use events::{RecordingEventHead, RecordingEventKind};
 pub use files::RecordingFile;
+pub use progress::RecordingProgress;
 pub use requests::{CancelRecordingOutcome, NewRecording, SubmitRecordingOutcome};
 
 /// State of a recording.

@@ -10,6 +10,7 @@ mod lineage;
 mod batches;
 mod datasets;
 mod recordings;
+mod recording_events;
 mod claims;
 mod turns;
 mod deaths;
@@ -119,6 +120,10 @@ conformance! {
     recordings::a_cancelled_recording_takes_nothing_more,
     recordings::a_dataset_is_assembled_by_one_process_and_outlives_sweeps,
     recordings::keys_and_lists_belong_to_their_tenant,
+    recording_events::every_change_is_repetition_with_the_progress_after_it,
+    recording_events::ends_and_new_beginnings_have_events,
+    recording_events::attempts_kept_at_once_have_events_without_gaps,
+    recording_events::claims_announce_what_they_tell_and_nothing_else,
     claims::jobs_are_claimed_oldest_first_and_once_each,
     claims::a_claim_may_be_restricted_to_one_job,
     claims::an_expired_lease_is_claimed_again_with_the_next_epoch,

@@ -11,7 +11,7 @@ use crate::api::error::Problem;
 use crate::api::views::timestamp;
 use scene::{RecordingId, SceneId};
 use store::StoreError;
-use store::recordings::{RecordingArchive, RecordingFile, RecordingRow, RecordingState};
+use store::recordings::{RecordingArchive, RecordingFile, RecordingProgress, RecordingRow, RecordingState};
 
 /// A recording.
 #[derive(Serialize)]
@@ -20,7 +20,7 @@ pub(super) struct RecordingView {
     scene_id: SceneId,
     state: &'static str,
     order: Value,
-    progress: RecordingProgressView,
+    progress: RecordingProgress,
     /// How often attempts ended how.
     attempts: BTreeMap<String, u64>,
     failure: Option<RecordingFailureView>,
@@ -29,19 +29,6 @@ pub(super) struct RecordingView {
     started_at: Option<String>,
     finished_at: Option<String>,
     pub(super) links: RecordingLinks,
-}
-
-#[derive(Serialize)]
-struct RecordingProgressView {
-    attempts: u64,
-    max_attempts: u64,
-    /// Also those beyond what is wanted.
-    successes: u64,
-    wanted: u64,
-    /// Of the attempts so far.
-    success_rate: Option<f64>,
-    /// By the pace of the attempts that were made last.
-    seconds_left: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -74,6 +61,7 @@ pub(super) struct RecordingLinks {
     #[serde(rename = "self")]
     pub(super) this: String,
     scene: String,
+    events: String,
     files: String,
     cancel: String,
 }
@@ -101,16 +89,7 @@ impl RecordingView {
             true => summary.attempts,
             false => api.store.attempt_outcomes(&row.id).await?,
         };
-        let seconds_left = match row.state {
-            RecordingState::Running => {
-                let pace = api.store.attempt_pace(&row).await?;
-                pace.map(|pace| {
-                    let missing = row.wanted.saturating_sub(row.successes) as f64;
-                    1e-3 * pace.duration_ms as f64 * missing / pace.successes as f64
-                })
-            }
-            _ => None,
-        };
+        let progress = api.store.recording_progress(&row).await?;
         let dataset = match row.state {
             RecordingState::Finished => Some(RecordedDatasetView {
                 episodes: summary.episodes,
@@ -125,18 +104,11 @@ impl RecordingView {
             }),
             _ => None,
         };
-        let progress = RecordingProgressView {
-            attempts: row.made,
-            max_attempts: row.max_attempts,
-            successes: row.successes,
-            wanted: row.wanted,
-            success_rate: (row.made > 0).then(|| row.successes as f64 / row.made as f64),
-            seconds_left,
-        };
         let failure = row.failure_code.zip(row.failure_message);
         Ok(Self {
             links: RecordingLinks {
                 scene: format!("/scenes/{}", row.scene_id),
+                events: format!("{this}/events"),
                 files: format!("{this}/files"),
                 cancel: format!("{this}/cancel"),
                 this,

@@ -1,8 +1,8 @@
-//! One reader for all event streams: it asks the store how far the followed jobs are, and wakes the streams of those
-//! that moved.
+//! One reader for all event streams: it asks the store how far the followed subjects are, and wakes the streams of
+//! those that moved.
 //!
 //! Streams that each read rows after every change would load the store with their number times the rate of changes;
-//! here a change costs one query for 500 followed jobs, however many streams follow each.
+//! here a change costs one query for 500 followed jobs or recordings, however many streams follow each.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -11,9 +11,8 @@ use std::time::Duration;
 use tokio::sync::{Notify, watch};
 use tokio_util::sync::CancellationToken;
 
-use scene::JobId;
-use store::events::EventHead;
-use store::{DEFAULT_TENANT, Store, StoreError};
+use super::subject::{Subject, SubjectProgress};
+use store::{Store, StoreError};
 
 /// Least time between two readings; changes in between are read together.
 const PAUSE: Duration = Duration::from_millis(20);
@@ -21,19 +20,11 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// A change whose announcement did not reach this process is read after this long.
 const PERIOD: Duration = Duration::from_secs(5);
 
-/// Jobs of one query.
-const JOBS_PER_QUERY: usize = 500;
+/// Subjects that are read together.
+const SUBJECTS_AT_ONCE: usize = 500;
 
-/// How far a job is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct JobProgress {
-    pub last_seq: i64,
-    /// No event will follow.
-    pub is_final: bool,
-}
-
-/// Progress of one job; `None` until it has been read.
-pub type Progress = watch::Receiver<Option<JobProgress>>;
+/// Progress of one subject; `None` until it has been read.
+pub type Progress = watch::Receiver<Option<SubjectProgress>>;
 
 /// The hub; clones share it.
 #[derive(Clone)]
@@ -46,7 +37,7 @@ pub struct EventHub {
 
 #[derive(Default)]
 struct Followers {
-    by_job: BTreeMap<JobId, watch::Sender<Option<JobProgress>>>,
+    by_subject: BTreeMap<Subject, watch::Sender<Option<SubjectProgress>>>,
     has_reader: bool,
 }
 
@@ -55,10 +46,10 @@ impl EventHub {
         Self { store, shutdown, followed: Arc::default(), wake: Arc::default() }
     }
 
-    /// Follows a job until the receiver is dropped. What is received was read after this call, or shortly before.
-    pub fn follow(&self, job_id: &JobId) -> Progress {
+    /// Follows a subject until the receiver is dropped. What is received was read after this call, or shortly before.
+    pub fn follow(&self, subject: &Subject) -> Progress {
         let mut followed = self.lock();
-        let sender = followed.by_job.entry(job_id.clone()).or_insert_with(|| watch::Sender::new(None));
+        let sender = followed.by_subject.entry(subject.clone()).or_insert_with(|| watch::Sender::new(None));
         let progress = sender.subscribe();
         if !std::mem::replace(&mut followed.has_reader, true) {
             tokio::spawn(self.clone().read_while_followed());
@@ -71,9 +62,9 @@ impl EventHub {
         let mut changes = self.store.changes();
         loop {
             changes.mark_unchanged();
-            let Some(jobs) = self.followed_jobs() else { return };
-            if let Err(error) = self.read(&jobs).await {
-                tracing::error!(%error, "cannot read the progress of followed jobs; streams wait");
+            let Some(subjects) = self.followed_subjects() else { return };
+            if let Err(error) = self.read(&subjects).await {
+                tracing::error!(%error, "cannot read how far followed jobs and recordings are; streams wait");
             }
             let next = async {
                 tokio::time::sleep(PAUSE).await;
@@ -92,27 +83,23 @@ impl EventHub {
         }
     }
 
-    /// The jobs that have followers; `None` ends the reader.
-    fn followed_jobs(&self) -> Option<Vec<JobId>> {
+    /// The subjects that have followers; `None` ends the reader.
+    fn followed_subjects(&self) -> Option<Vec<Subject>> {
         let mut followed = self.lock();
-        followed.by_job.retain(|_, sender| sender.receiver_count() > 0);
-        followed.has_reader = !followed.by_job.is_empty();
-        followed.has_reader.then(|| followed.by_job.keys().cloned().collect())
+        followed.by_subject.retain(|_, sender| sender.receiver_count() > 0);
+        followed.has_reader = !followed.by_subject.is_empty();
+        followed.has_reader.then(|| followed.by_subject.keys().cloned().collect())
     }
 
-    async fn read(&self, jobs: &[JobId]) -> Result<(), StoreError> {
-        for jobs in jobs.chunks(JOBS_PER_QUERY) {
-            let mut heads: BTreeMap<JobId, EventHead> = BTreeMap::new();
-            for head in self.store.event_heads(&DEFAULT_TENANT, jobs).await? {
-                heads.insert(head.job_id.clone(), head);
-            }
+    async fn read(&self, subjects: &[Subject]) -> Result<(), StoreError> {
+        for subjects in subjects.chunks(SUBJECTS_AT_ONCE) {
+            let known = Subject::progress_of(&self.store, subjects).await?;
             let followed = self.lock();
-            for job in jobs {
-                // A job without a row has no more events.
-                let progress = heads.get(job).map_or(JobProgress { last_seq: 0, is_final: true }, |head| {
-                    JobProgress { last_seq: head.last_seq, is_final: head.state.is_final() }
-                });
-                if let Some(sender) = followed.by_job.get(job) {
+            for subject in subjects {
+                // A subject without a row has no more events.
+                let progress =
+                    known.get(subject).copied().unwrap_or(SubjectProgress { last_seq: 0, is_final: true });
+                if let Some(sender) = followed.by_subject.get(subject) {
                     sender.send_if_modified(|known| {
                         let is_new = *known != Some(progress);
                         *known = Some(progress);

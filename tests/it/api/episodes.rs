@@ -105,6 +105,12 @@ async fn episodes_over_a_restart_are_those_of_the_command() {
     assert_eq!(recording["state"], "finished", "{recording}");
     assert_eq!(recording["dataset"]["episodes"], 2, "{recording}");
     assert_eq!(server.store().kept_attempts(&id).await.unwrap(), [], "attempts are dropped");
+    let events = server.get(&format!("{path}/events?page_size=200")).await.json();
+    let events = events["events"].as_array().unwrap();
+    let kind = |place: usize| events[place]["kind"].as_str().unwrap();
+    assert_eq!((kind(0), kind(1), kind(events.len() - 1)), ("queued", "running", "finished"));
+    let attempts = events.iter().filter(|event| event["kind"] == "attempt").count();
+    assert_eq!(recording["progress"]["attempts"], attempts, "over the restart, too: {events:?}");
     let left = server.directory.path().join("episodes");
     let removed = async {
         while left.read_dir().map_or(0, Iterator::count) > 0 {

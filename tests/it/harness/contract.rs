@@ -8,7 +8,7 @@ use hyper::Method;
 use scene::job::{JobKind, JobState, SceneState};
 use serde_json::Value;
 use store::datasets::DatasetState;
-use store::recordings::RecordingState;
+use store::recordings::{RecordingEventKind, RecordingState};
 use tabletopgen::api;
 use tabletopgen::config::keys::{Allowed, Key, keys};
 
@@ -48,6 +48,7 @@ fn words_of_the_document_are_those_of_the_program() {
         ("SceneState", names(&SceneState::ALL, SceneState::as_str)),
         ("DatasetState", names(&DatasetState::ALL, DatasetState::as_str)),
         ("RecordingState", names(&RecordingState::ALL, RecordingState::as_str)),
+        ("RecordingEventKind", names(&RecordingEventKind::ALL, RecordingEventKind::as_str)),
         ("BatchState", names(&BatchState::ALL, BatchState::as_str)),
         ("RequestState", names(&RequestState::ALL, RequestState::as_str)),
         ("JobState", names(&JobState::ALL, JobState::as_str)),

@@ -96,6 +96,13 @@ impl Server {
         Self { directory, service, client: Client::builder(TokioExecutor::new()).build_http() }
     }
 
+    /// Without a worker: a test takes its place.
+    pub async fn without_worker(directory: Arc<TempDir>, set: &[(&str, &str)]) -> Self {
+        let data = directory.path().to_owned();
+        let service = service::start_api(&settings_in(&data, set).await, &data).await.expect("starts");
+        Self::serving(directory, service)
+    }
+
     /// A client of a service that runs already.
     pub fn serving(directory: Arc<TempDir>, service: Service) -> Self {
         Self { directory, service, client: Client::builder(TokioExecutor::new()).build_http() }

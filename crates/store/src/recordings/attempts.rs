@@ -2,20 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::json;
+use serde_json::{Map, Value, json};
 use sqlx::{AnyConnection, Row};
 
 use super::claim::{guard_assembly, guard_attempt};
-use super::{AssemblyLease, AttemptLease, RecordingRow, count, stored};
+use super::events::append;
+use super::{AssemblyLease, AttemptLease, RecordingEventKind, count, stored};
 use crate::{Digest, Store, StoreError, database};
 use scene::RecordingId;
 
 /// The outcome of an attempt that succeeded.
-const SUCCESS: &str = "success";
+pub(super) const SUCCESS: &str = "success";
 /// How often all attempts are dropped because a process with another identity takes over; more is a dispute.
 const MAX_RESTARTS: i64 = 3;
-/// Attempts that the pace is read from.
-const PACE_ATTEMPTS: i64 = 64;
 
 /// An attempt that was made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,6 +40,17 @@ impl MadeAttempt {
     pub fn is_success(&self) -> bool {
         self.outcome == SUCCESS
     }
+
+    /// What the event of the attempt tells of it.
+    fn event_fields(&self, number: u64) -> Map<String, Value> {
+        let mut fields = Map::new();
+        fields.insert("number".to_owned(), json!(number));
+        fields.insert("outcome".to_owned(), json!(self.outcome));
+        if !self.is_success() {
+            fields.insert("detail".to_owned(), json!(self.detail));
+        }
+        fields
+    }
 }
 
 /// Whether a process may make attempts of a recording.
@@ -54,14 +64,6 @@ pub enum Begun {
     Failed,
 }
 
-/// How fast attempts are made at present.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AttemptPace {
-    pub successes: u64,
-    /// They took this time together, milliseconds.
-    pub duration_ms: i64,
-}
-
 impl Store {
     /// Agrees on what attempts of a recording depend on. Attempts of another version or machine could not be parts of
     /// one dataset, so those that are there are dropped.
@@ -71,11 +73,16 @@ impl Store {
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
     pub async fn begin_recording(&self, lease: &AttemptLease, identity: &str) -> Result<Begun, StoreError> {
         let (lease, identity) = (lease.clone(), identity.to_owned());
-        self.writer
+        let begun = self
+            .writer
             .write("begin a recording", move |connection| {
                 Box::pin(async move { begin(connection, &lease, &identity).await })
             })
-            .await
+            .await?;
+        if begun != Begun::Agreed {
+            self.announce();
+        }
+        Ok(begun)
     }
 
     /// Keeps an attempt whose blob was put.
@@ -107,9 +114,10 @@ impl Store {
                     )
                     .bind(i64::from(made.is_success()))
                     .bind(lease.id.as_str())
-                    .execute(connection)
+                    .execute(&mut *connection)
                     .await?;
-                    Ok(())
+                    let fields = made.event_fields(lease.number);
+                    append(connection, &lease.id, now, RecordingEventKind::Attempt, fields).await
                 })
             })
             .await?;
@@ -168,35 +176,6 @@ impl Store {
         rows.iter().map(|row| Ok((row.try_get("outcome")?, count(row, "attempts")?))).collect()
     }
 
-    /// The pace of the attempts that were made last, or of all while there are few; `None` before the first success.
-    /// The caller checks the tenant.
-    pub async fn attempt_pace(&self, recording: &RecordingRow) -> Result<Option<AttemptPace>, StoreError> {
-        let rows = sqlx::query(
-            "SELECT outcome, made_at FROM recording_attempts
-             WHERE recording_id = $1 AND outcome IS NOT NULL ORDER BY number DESC LIMIT $2",
-        )
-        .bind(recording.id.as_str())
-        .bind(PACE_ATTEMPTS)
-        .fetch_all(&self.readers)
-        .await?;
-        let mut made = Vec::with_capacity(rows.len());
-        for row in &rows {
-            let made_at: i64 = row.try_get("made_at")?;
-            made.push((made_at, row.try_get::<String, _>("outcome")? == SUCCESS));
-        }
-        made.sort_unstable();
-        let last_ms = made.last().map(|(made_at, _)| *made_at);
-        let first_ms = if made.len() < PACE_ATTEMPTS as usize {
-            recording.started_at_ms
-        } else {
-            // The first one took its time before it was made.
-            Some(made.remove(0).0)
-        };
-        let successes = made.iter().filter(|(_, succeeded)| *succeeded).count() as u64;
-        let duration_ms = last_ms.zip(first_ms).map_or(0, |(last, first)| last - first);
-        Ok((successes > 0 && duration_ms > 0).then_some(AttemptPace { successes, duration_ms }))
-    }
-
     /// Makes an attempt be made again whose blob is lost; assembling is given back.
     ///
     /// # Errors
@@ -233,9 +212,11 @@ impl Store {
                     )
                     .bind(i64::from(outcome == SUCCESS))
                     .bind(lease.id.as_str())
-                    .execute(connection)
+                    .execute(&mut *connection)
                     .await?;
-                    Ok(())
+                    let now = database::now_ms(connection).await?;
+                    let fields = Map::from_iter([("number".to_owned(), json!(number))]);
+                    append(connection, &lease.id, now, RecordingEventKind::AttemptLost, fields).await
                 })
             })
             .await?;
@@ -277,6 +258,8 @@ async fn begin(
         .bind(lease.id.as_str())
         .execute(&mut *connection)
         .await?;
+        let now = database::now_ms(connection).await?;
+        append(connection, &lease.id, now, RecordingEventKind::Restarted, Map::new()).await?;
     }
     sqlx::query("UPDATE recordings SET identity = $1 WHERE id = $2")
         .bind(identity)
@@ -307,7 +290,10 @@ pub(super) async fn fail(
     .bind(id.as_str())
     .execute(&mut *connection)
     .await?;
-    super::dataset::drop_dataset(connection, id).await
+    super::dataset::drop_dataset(connection, id).await?;
+    let failure = json!({ "code": code, "message": message });
+    let fields = Map::from_iter([("failure".to_owned(), failure)]);
+    append(connection, id, now, RecordingEventKind::Failed, fields).await
 }
 
 /// Drops the attempts of a recording, so that a sweep takes their blobs; how often they ended how.

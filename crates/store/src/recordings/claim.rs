@@ -3,12 +3,14 @@
 
 use std::time::Duration;
 
+use serde_json::Map;
 use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use uuid::Uuid;
 
 use super::attempts::fail;
-use super::{RecordingRow, count, recording_of, stored};
+use super::events::{append, ends_with};
+use super::{RecordingEventKind, RecordingRow, RecordingState, count, recording_of, stored};
 use crate::database::Dialect;
 use crate::{Store, StoreError, database};
 use scene::RecordingId;
@@ -65,20 +67,28 @@ impl Store {
             return Ok(None);
         }
         let (owner, is_shared) = (owner.to_owned(), self.is_shared);
-        self.writer
+        let (claim, is_change) = self
+            .writer
             .write("claim work of a recording", move |connection| {
                 Box::pin(async move {
                     let claimant = Claimant { owner, until_ms: milliseconds(lease), is_shared };
+                    let mut is_change = false;
                     loop {
                         match claimant.claim(connection).await? {
-                            Claimed::Work(claim) => return Ok(Some(*claim)),
-                            Claimed::Nothing => return Ok(None),
-                            Claimed::GaveUp => {}
+                            Claimed::Work(claim) => return Ok((Some(*claim), is_change)),
+                            Claimed::Change(claim) => return Ok((Some(*claim), true)),
+                            Claimed::Nothing => return Ok((None, is_change)),
+                            Claimed::GaveUp => is_change = true,
                         }
                     }
                 })
             })
-            .await
+            .await?;
+        // Most claims tell nothing, and would only wake up other processes.
+        if is_change {
+            self.announce();
+        }
+        Ok(claim)
     }
 
     /// Extends the lease of an attempt; `false` if it is lost, as by a cancellation.
@@ -178,6 +188,8 @@ impl Store {
 
 enum Claimed {
     Work(Box<RecordingClaim>),
+    /// The same, which an event tells of.
+    Change(Box<RecordingClaim>),
     Nothing,
     /// A recording failed, as processes died over it; there may be another one.
     GaveUp,
@@ -308,11 +320,15 @@ impl Claimant {
         )
         .bind(now)
         .bind(recording.id.as_str())
-        .fetch_one(connection)
+        .fetch_one(&mut *connection)
         .await?;
+        let is_first = recording.state == RecordingState::Queued;
+        if is_first {
+            append(connection, &recording.id, now, RecordingEventKind::Running, Map::new()).await?;
+        }
         let lease = AttemptLease { id: recording.id, number, token };
         let claim = RecordingClaim { recording: recording_of(&row)?, work: RecordingWork::Attempt(lease) };
-        Ok(Claimed::Work(Box::new(claim)))
+        Ok(if is_first { Claimed::Change(Box::new(claim)) } else { Claimed::Work(Box::new(claim)) })
     }
 
     async fn assembly(
@@ -336,10 +352,16 @@ impl Claimant {
         .bind(&token)
         .bind(now + self.until_ms)
         .bind(recording.id.as_str())
-        .execute(connection)
+        .execute(&mut *connection)
         .await?;
+        // Which process assembles is of no interest: one event tells of it, however often it is begun.
+        let is_repetition = ends_with(connection, &recording.id, RecordingEventKind::Assembling).await?;
+        if !is_repetition {
+            append(connection, &recording.id, now, RecordingEventKind::Assembling, Map::new()).await?;
+        }
         let lease = AssemblyLease { id: recording.id.clone(), token };
-        Ok(Claimed::Work(Box::new(RecordingClaim { recording, work: RecordingWork::Assembly(lease) })))
+        let claim = Box::new(RecordingClaim { recording, work: RecordingWork::Assembly(lease) });
+        Ok(if is_repetition { Claimed::Work(claim) } else { Claimed::Change(claim) })
     }
 }
 

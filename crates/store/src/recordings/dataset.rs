@@ -2,13 +2,14 @@
 //! sweep takes them.
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value};
 use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, Row};
 
 use super::attempts::{drop_attempts, fail};
 use super::claim::guard_assembly;
-use super::{AssemblyLease, RecordingFile, corrupt, count, stored};
+use super::events::append;
+use super::{AssemblyLease, RecordingEventKind, RecordingFile, corrupt, count, stored};
 use crate::{Digest, Store, StoreError, database};
 use scene::RecordingId;
 
@@ -145,9 +146,9 @@ impl Store {
                     .bind(summary.to_string())
                     .bind(now)
                     .bind(lease.id.as_str())
-                    .execute(connection)
+                    .execute(&mut *connection)
                     .await?;
-                    Ok(())
+                    append(connection, &lease.id, now, RecordingEventKind::Finished, Map::new()).await
                 })
             })
             .await?;

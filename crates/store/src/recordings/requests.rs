@@ -1,11 +1,12 @@
 //! Requests of clients: to record demonstrations, and to stop that.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use uuid::Uuid;
 
 use super::attempts::drop_attempts;
-use super::{RecordingState, stored};
+use super::events::append;
+use super::{RecordingEventKind, RecordingState, stored};
 use crate::database::Dialect;
 use crate::{Digest, Store, StoreError, database};
 use scene::{RecordingId, SceneId, TenantId};
@@ -113,8 +114,9 @@ async fn submit(
     .bind(new.idempotency_key)
     .bind(new.body_digest.as_str())
     .bind(now)
-    .execute(connection)
+    .execute(&mut *connection)
     .await?;
+    append(connection, &id, now, RecordingEventKind::Queued, Map::new()).await?;
     Ok(SubmitRecordingOutcome::Created(id))
 }
 
@@ -148,5 +150,6 @@ async fn cancel(
     .execute(&mut *connection)
     .await?;
     super::dataset::drop_dataset(connection, id).await?;
+    append(connection, id, now, RecordingEventKind::Cancelled, Map::new()).await?;
     Ok(CancelRecordingOutcome::Accepted)
 }

@@ -12,7 +12,7 @@ use scene::RecordingId;
 
 const LEASE: Duration = Duration::from_secs(60);
 
-fn new_recording(wanted: u64, max_attempts: u64) -> NewRecording {
+pub(super) fn new_recording(wanted: u64, max_attempts: u64) -> NewRecording {
     NewRecording {
         tenant_id: DEFAULT_TENANT.clone(),
         scene_id: "scene".parse().expect("an id"),
@@ -25,32 +25,32 @@ fn new_recording(wanted: u64, max_attempts: u64) -> NewRecording {
     }
 }
 
-async fn submitted(store: &Store, wanted: u64, max_attempts: u64) -> RecordingId {
+pub(super) async fn submitted(store: &Store, wanted: u64, max_attempts: u64) -> RecordingId {
     match store.submit_recording(new_recording(wanted, max_attempts)).await.expect("submits") {
         SubmitRecordingOutcome::Created(id) => id,
         other => panic!("{other:?}"),
     }
 }
 
-async fn work(store: &Store, owner: &str) -> Option<RecordingWork> {
+pub(super) async fn work(store: &Store, owner: &str) -> Option<RecordingWork> {
     store.claim_recording(owner, LEASE).await.expect("answers").map(|claim| claim.work)
 }
 
-async fn attempt(store: &Store, owner: &str) -> AttemptLease {
+pub(super) async fn attempt(store: &Store, owner: &str) -> AttemptLease {
     match work(store, owner).await {
         Some(RecordingWork::Attempt(lease)) => lease,
         other => panic!("{other:?}"),
     }
 }
 
-async fn assembly(store: &Store, owner: &str) -> AssemblyLease {
+pub(super) async fn assembly(store: &Store, owner: &str) -> AssemblyLease {
     match work(store, owner).await {
         Some(RecordingWork::Assembly(lease)) => lease,
         other => panic!("{other:?}"),
     }
 }
 
-fn made(outcome: &str) -> MadeAttempt {
+pub(super) fn made(outcome: &str) -> MadeAttempt {
     let unit = (outcome == "success").then(|| Digest::of(b"unit"));
     MadeAttempt { outcome: outcome.into(), detail: String::new(), unit }
 }
@@ -85,8 +85,9 @@ pub(super) async fn attempts_are_given_out_once_and_the_rest_goes_on_after_a_dea
     assert_eq!(work(&other, "a").await, None, "an attempt before that success is still being made");
     let row = one.recording(&DEFAULT_TENANT, &id).await.expect("reads").expect("is there");
     assert_eq!((row.state, row.made, row.successes), (RecordingState::Running, 3, 2));
-    let pace = one.attempt_pace(&row).await.expect("reads");
-    assert!(pace.is_none_or(|pace| pace.successes == 2), "{pace:?}");
+    let progress = one.recording_progress(&row).await.expect("reads");
+    assert_eq!((progress.attempts, progress.successes, progress.wanted), (3, 2, 2));
+    assert!(progress.seconds_left.is_none_or(|seconds| seconds == 0.0), "nothing is missing: {progress:?}");
     let kept = other.kept_attempts(&id).await.expect("reads");
     let kept: Vec<_> = kept.iter().map(|kept| (kept.number, kept.tries, kept.made.is_success())).collect();
     assert_eq!(kept, [(0, 1, false), (1, 2, true), (3, 1, true)]);

@@ -1,0 +1,90 @@
+//! What events are about: a job, or a recording of episodes.
+//!
+//! Both have numbered rows in the store, and end; pages and streams know nothing else of them.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use crate::api::error::Problem;
+use crate::api::{Api, episodes, jobs};
+use scene::{JobId, RecordingId};
+use store::events::Event;
+use store::{DEFAULT_TENANT, Store, StoreError};
+
+/// What events are about.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Subject {
+    Job(JobId),
+    Recording(RecordingId),
+}
+
+/// How far a subject is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SubjectProgress {
+    pub last_seq: i64,
+    /// No event will follow.
+    pub is_final: bool,
+}
+
+impl Subject {
+    /// Whether it has ended.
+    ///
+    /// # Errors
+    ///
+    /// The [`Problem`] 404 where it is not there.
+    pub async fn has_ended(&self, api: &Api) -> Result<bool, Problem> {
+        Ok(match self {
+            Self::Job(id) => jobs::find(api, id).await?.state.is_final(),
+            Self::Recording(id) => episodes::find(api, id).await?.state.is_final(),
+        })
+    }
+
+    /// At most `limit` events after number `after`, in order.
+    ///
+    /// # Errors
+    ///
+    /// A [`StoreError`] if the database does not answer, or a row cannot be read.
+    pub async fn events(&self, store: &Store, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
+        match self {
+            Self::Job(id) => store.events(&DEFAULT_TENANT, id, after, limit).await,
+            Self::Recording(id) => store.recording_events(&DEFAULT_TENANT, id, after, limit).await,
+        }
+    }
+
+    /// How far some hundred subjects are, in one query for each kind; what is not there is left out.
+    ///
+    /// # Errors
+    ///
+    /// A [`StoreError`] if the database does not answer, or a row cannot be read.
+    pub async fn progress_of(
+        store: &Store,
+        subjects: &[Self],
+    ) -> Result<BTreeMap<Self, SubjectProgress>, StoreError> {
+        let (mut jobs, mut recordings) = (Vec::new(), Vec::new());
+        for subject in subjects {
+            match subject {
+                Self::Job(id) => jobs.push(id.clone()),
+                Self::Recording(id) => recordings.push(id.clone()),
+            }
+        }
+        let mut progress = BTreeMap::new();
+        for head in store.event_heads(&DEFAULT_TENANT, &jobs).await? {
+            let far = SubjectProgress { last_seq: head.last_seq, is_final: head.state.is_final() };
+            progress.insert(Self::Job(head.job_id), far);
+        }
+        for head in store.recording_event_heads(&DEFAULT_TENANT, &recordings).await? {
+            let far = SubjectProgress { last_seq: head.last_seq, is_final: head.state.is_final() };
+            progress.insert(Self::Recording(head.id), far);
+        }
+        Ok(progress)
+    }
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Job(id) => write!(f, "job {}", id.as_str()),
+            Self::Recording(id) => write!(f, "recording {}", id.as_str()),
+        }
+    }
+}
