@@ -30,7 +30,7 @@ use super::error::{Problem, ProblemType};
 use super::query::{PageSize, Parameters, Sequence};
 use super::serve::connection::Connection;
 use super::views::EventView;
-use super::{episodes, jobs};
+use super::{episodes as recordings, jobs};
 use hub::Progress;
 use store::StoreError;
 use store::events::Event;
@@ -68,7 +68,7 @@ pub async fn of_recording(
     connection: Option<Extension<Arc<Connection>>>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let subject = Subject::Recording(episodes::parse_id(&recording_id)?);
+    let subject = Subject::Recording(recordings::parse_id(&recording_id)?);
     answer(api, subject, parameters, connection, headers).await
 }
 

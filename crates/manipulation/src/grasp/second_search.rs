@@ -2,7 +2,8 @@
 //!
 //! The first search draws few lines and ranks hands by what suits most objects. This one draws more, closes also along
 //! lines that are tilted against the normals, turns the hand about them by any angle, and lets the fingers reach deeper
-//! and less deep. Where a trial dropped the object, hands near it wait; where the object almost stayed, they come first.
+//! and less deep. Where a trial dropped the object, hands near it wait; where the object almost stayed, they come
+//! first.
 
 use geometry::{DQuat, DVec3, Pose};
 use physics::Body;
