@@ -57,7 +57,7 @@ use motions::Motions;
 use runner::Runner;
 use scene::Shapes;
 
-/// The best places for the base, which are tried first.
+/// Places for the base that are tried before a task has no path.
 const BASES: usize = 6;
 
 /// The grasps of objects by their names, best first.
@@ -188,7 +188,7 @@ pub fn execute(
         None => work::bases_for(scene, &shapes, robot, &task.goal, grasps, settings),
     };
     let mut first_failure: Option<Execution> = None;
-    for base in &base::in_turn(bases) {
+    for base in bases.iter().take(BASES) {
         let motions = Motions::new(scene, robot, *base, settings)?;
         if !base::reaches_table(&motions) {
             continue;

@@ -5,7 +5,6 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use robot::model::Robot;
 use robot::planning::{PlanOptions, Planner};
 
-use super::BASES;
 use super::motions::Motions;
 use super::obstacles::{PlannerArms, obstacles};
 use super::reach::Reach;
@@ -25,9 +24,6 @@ const CLEAR_M: f64 = 0.2;
 const TOO_NEAR_M: f64 = 0.22;
 /// Grasps of each object that are considered.
 const GRASPS: usize = 3;
-
-/// Of the places that are not the best, so many are tried, too.
-const OTHER_BASES: usize = 12;
 
 /// Poses of the tool, any one of which is enough for one part of the work.
 pub(crate) type Alternatives = Vec<Pose>;
@@ -77,15 +73,6 @@ pub(crate) fn bases(
     }
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     ranked.into_iter().map(|(_, base)| base).collect()
-}
-
-/// The places that are tried, of all in the order of their worth: the best ones, which are close to each other, and
-/// some of the others, from where other directions are free.
-pub(crate) fn in_turn(mut ranked: Vec<Isometry3<f64>>) -> Vec<Isometry3<f64>> {
-    let others = ranked.split_off(BASES.min(ranked.len()));
-    let stride = others.len().div_ceil(OTHER_BASES).max(1);
-    ranked.extend(others.into_iter().skip(stride / 2).step_by(stride));
-    ranked
 }
 
 /// The greatest manipulability at any of the poses: the least of those at the pose, before it, and above it.

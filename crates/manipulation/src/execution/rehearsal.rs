@@ -15,7 +15,7 @@ use super::scene::{SceneError, Shapes, TaskScene};
 use super::settings::ExecutionSettings;
 use super::steps::{Step, steps};
 use super::work::{bases_for, places};
-use super::{GraspBook, base, grasps_of, refusal};
+use super::{BASES, GraspBook, base, grasps_of, refusal};
 use crate::grasp::{Grasp, GraspSettings, Verdict};
 
 /// Rehearses tasks in one scene with one robot: each step with the straight motions of its grasp and its place, as if
@@ -78,7 +78,7 @@ impl<'a> Rehearsal<'a> {
     pub fn base_for(&self, task: &Task, grasps: &GraspBook) -> Option<Isometry3<f64>> {
         let (scene, robot, settings) = (self.scene, self.robot, self.settings);
         let bases = bases_for(scene, &self.shapes, robot, &task.goal, grasps, settings);
-        base::in_turn(bases).into_iter().find(|base| {
+        bases.into_iter().take(BASES).find(|base| {
             let motions = Motions::new(scene, robot, *base, settings);
             motions.is_ok_and(|motions| {
                 base::reaches_table(&motions) && self.is_rehearsed(&motions, task, grasps).is_some()
