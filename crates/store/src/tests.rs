@@ -120,7 +120,7 @@ conformance! {
     recordings::a_cancelled_recording_takes_nothing_more,
     recordings::a_dataset_is_assembled_by_one_process_and_outlives_sweeps,
     recordings::keys_and_lists_belong_to_their_tenant,
-    recording_events::every_change_is_repetition_with_the_progress_after_it,
+    recording_events::every_change_has_an_event_with_the_progress_after_it,
     recording_events::ends_and_new_beginnings_have_events,
     recording_events::attempts_kept_at_once_have_events_without_gaps,
     recording_events::claims_announce_what_they_tell_and_nothing_else,

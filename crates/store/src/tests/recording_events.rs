@@ -28,7 +28,7 @@ fn counts(event: &Event) -> (u64, u64) {
     (count("attempts"), count("successes"))
 }
 
-pub(super) async fn every_change_is_repetition_with_the_progress_after_it(place: Place) {
+pub(super) async fn every_change_has_an_event_with_the_progress_after_it(place: Place) {
     let (one, other) = (place.handle(0), place.handle(1));
     let id = submitted(&one, 1, 50).await;
     let slipped = attempt(&one, "a").await;
