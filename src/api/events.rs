@@ -27,10 +27,10 @@ use tokio::time::Instant;
 
 use super::Api;
 use super::error::{Problem, ProblemType};
+use super::jobs;
 use super::query::{PageSize, Parameters, Sequence};
 use super::serve::connection::Connection;
 use super::views::EventView;
-use super::{episodes as recordings, jobs};
 use hub::Progress;
 use store::StoreError;
 use store::events::Event;
@@ -68,7 +68,7 @@ pub async fn of_recording(
     connection: Option<Extension<Arc<Connection>>>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let subject = Subject::Recording(recordings::parse_id(&recording_id)?);
+    let subject = Subject::Recording(super::episodes::parse_id(&recording_id)?);
     answer(api, subject, parameters, connection, headers).await
 }
 

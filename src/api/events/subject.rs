@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use crate::api::error::Problem;
-use crate::api::{Api, episodes as recordings, jobs};
+use crate::api::{Api, jobs};
 use scene::{JobId, RecordingId};
 use store::events::Event;
 use store::{DEFAULT_TENANT, Store, StoreError};
@@ -35,7 +35,7 @@ impl Subject {
     pub async fn has_ended(&self, api: &Api) -> Result<bool, Problem> {
         Ok(match self {
             Self::Job(id) => jobs::find(api, id).await?.state.is_final(),
-            Self::Recording(id) => recordings::find(api, id).await?.state.is_final(),
+            Self::Recording(id) => crate::api::episodes::find(api, id).await?.state.is_final(),
         })
     }
 
