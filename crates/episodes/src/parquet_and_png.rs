@@ -83,7 +83,7 @@ impl ParquetAndPng {
             match self.depth {
                 DepthStorage::PngMillimeters => write_all("depth_mm", &track.depth_png)?,
                 DepthStorage::ParquetMeters => {
-                    let values = numbers(unit, &track.depth_zlib, width, |four| f32::from_le_bytes(four))?;
+                    let values = numbers(unit, &track.depth_zlib, width, f32::from_le_bytes)?;
                     table.push(format!("depth_m.{}", camera.name), Column::FloatList { values, width });
                 }
             }
@@ -92,7 +92,7 @@ impl ParquetAndPng {
             None => Ok(()),
             Some(InstanceIdWidth::U16) => write_all("instance_ids", &track.ids_png),
             Some(InstanceIdWidth::U32) => {
-                let values = numbers(unit, &track.ids_zlib, width, |four| u32::from_le_bytes(four))?;
+                let values = numbers(unit, &track.ids_zlib, width, u32::from_le_bytes)?;
                 table.push(format!("instance_ids.{}", camera.name), Column::UnsignedList { values, width });
                 Ok(())
             }
@@ -135,7 +135,7 @@ impl ParquetAndPng {
 /// Adds the columns of point clouds.
 fn add_points(points: usize, unit: &EpisodeUnit, table: &mut Table) -> Result<(), EpisodeError> {
     let clouds = unit.points();
-    let positions = numbers(unit, &clouds.positions_zlib, 3 * points, |four| f32::from_le_bytes(four))?;
+    let positions = numbers(unit, &clouds.positions_zlib, 3 * points, f32::from_le_bytes)?;
     table.push("point_cloud", Column::FloatList { values: positions, width: 3 * points });
     let colors = numbers(unit, &clouds.colors_zlib, 3 * points, |[byte]| u32::from(byte))?;
     table.push("point_cloud_colors", Column::UnsignedList { values: colors, width: 3 * points });
