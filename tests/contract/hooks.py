@@ -4,7 +4,7 @@ An image is a real PNG; an address of an image is that of one (CONTRACT_IMAGE_UR
 thing that stands on tables, a known width is that of the table, and words for tables are known ones; settings have the
 values of the document's examples, as ranges of numbers in texts are not expressed; what an edit changes is something that
 any scene permits; robots are known ones; few tasks are rehearsed; a dataset has one source, a label, and its splits share
-all of it; episodes are few, of one task in words, and seen by usual cameras or by one that is placed well; a sample is of one
+all of it; episodes are few, of one task in words, and seen by usual cameras or by one that is placed well, points with a camera alone; a sample is of one
 combination; times are soon; a number such as 7.0 is 7; an idempotency key is used once. Every
 other request about a scene is about one that is finished (CONTRACT_SCENE_ID), as the fuzzer does not wait for its own.
 Everything else is as the fuzzer draws it from openapi.yaml, and requests that are meant to be refused are left alone.
@@ -107,6 +107,8 @@ def of_few_episodes(body: dict):
         one.update(eye_m=[0, -0.5, 1], target_m=[0, 0, 0], width_px=64, height_px=64)
     if cameras:
         record["cameras"] = own or sorted(set(cameras))
+    elif "cameras" in record:
+        record.pop("point_cloud", None)
     if "size_px" in record:
         record["size_px"] = min(record["size_px"], 64)
 
@@ -156,6 +158,9 @@ def replace(case):
         whole_numbers(case.body)
         if case.operation.label == EXECUTE:
             case.body["robot"] = "panda"
+            # The scene may be a finished one, whatever its id came from.
+            if case.body.get("text") is not None:
+                case.body["text"] = INSTRUCTION
             # A video is in the archive alone, and takes seconds.
             case.body["video"] = False
         if case.operation.label == EPISODES:
