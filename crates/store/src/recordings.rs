@@ -3,8 +3,8 @@
 //! A row is one order with its request, which the store does not interpret. Its attempts are numbered; processes take
 //! them one by one with a lease ([`claim`]) and keep what came of them ([`attempts`]), so that any number of processes
 //! work on one recording and none loses more than the attempts that it was making. When enough have succeeded and
-//! none is being made, one process assembles the dataset ([`dataset`]); the attempts are dropped then. What happens is
-//! also fields by events ([`events`]), which stay.
+//! none is being made, one process assembles the dataset ([`dataset`]); the attempts are dropped then. Events state
+//! what happens ([`events`]), and stay.
 
 mod attempts;
 mod claim;
