@@ -27,6 +27,7 @@ pub mod certify;
 pub mod bundle;
 pub mod composition;
 pub mod task_scene;
+pub mod catalog_body;
 pub mod edit;
 
 use std::sync::Arc;

@@ -3,13 +3,10 @@
 use rand::RngExt as _;
 
 use crate::config::Resolved;
+use crate::pipeline::catalog_body::catalog_body;
 use crate::pipeline::task_scene::BundleScene;
-use catalog::{Affordance, Category, Recipe, build, categories, physical_properties};
+use catalog::{Affordance, Category, Recipe, categories};
 use demonstrations::{Distractor, Randomization};
-use geometry::Pose;
-use geometry::decompose::decompose;
-use physics::Body;
-use runtime::CancelFlag;
 use runtime::seed::{child_rng, child_seed};
 
 /// Objects to choose from, for each that there is at most.
@@ -45,7 +42,9 @@ pub fn distractors(
             seed: child_seed(seed, &format!("distractor {}", category.name)),
         };
         // One that cannot be built is no loss: there are hundreds of others.
-        found.extend(distractor(format!("distractor_{number}_{}", category.name), &recipe, resolved));
+        let name = format!("distractor_{number}_{}", category.name);
+        let built = catalog_body(&name, &recipe, &resolved.config.decompose);
+        found.extend(built.ok().map(|(body, mesh)| Distractor { body, mesh }));
     }
     found
 }
@@ -56,21 +55,4 @@ fn is_small(category: &Category) -> bool {
         && category.affords(Affordance::Graspable)
         && size_m.high_m.max_element() <= MAX_SIZE_M
         && size_m.low_m.max_element() >= MIN_SIZE_M
-}
-
-fn distractor(name: String, recipe: &Recipe, resolved: &Resolved) -> Option<Distractor> {
-    let mesh = build(recipe)?;
-    let physical = physical_properties(&mesh, &recipe.category, None).ok()?;
-    let hulls = decompose(&mesh, &resolved.config.decompose, &CancelFlag::default()).ok()?.hulls;
-    let body = Body {
-        name,
-        hulls,
-        world_from_object: Pose::IDENTITY,
-        mass: physical.mass,
-        friction: physical.friction,
-        restitution: physical.restitution,
-        rolling_friction_m: physical.rolling_friction_m,
-        fixed: false,
-    };
-    Some(Distractor { body, mesh })
 }

@@ -8,16 +8,15 @@ use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use catalog::{Affordance, Category, Recipe, build, categories, physical_properties};
-use geometry::Pose;
-use geometry::decompose::{DecomposeSettings, decompose};
+use catalog::{Affordance, Category, Recipe, categories};
+use geometry::decompose::DecomposeSettings;
 use manipulation::grasp::{Grasp, GraspSettings, Verdict, grasps};
 use physics::Body;
 use robot::model::Robot;
-use runtime::CancelFlag;
 use runtime::seed::child_rng;
 use tabletopgen::cli::options::ConfigOptions;
 use tabletopgen::cli::{Exit, Failure, terminal};
+use tabletopgen::pipeline::catalog_body::catalog_body;
 
 /// Arguments of `grasp-categories`.
 #[derive(Debug, Args)]
@@ -88,19 +87,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 /// The typical object of a category, upright at the origin.
 fn object(category: &Category, settings: &DecomposeSettings) -> Result<Body, String> {
     let recipe = Recipe::typical(&category.name, None, None).ok_or("it has no typical recipe")?;
-    let mesh = build(&recipe).ok_or("its recipe has no mesh")?;
-    let physical = physical_properties(&mesh, &category.name, None).map_err(|error| error.to_string())?;
-    let hulls = decompose(&mesh, settings, &CancelFlag::default()).map_err(|error| error.to_string())?.hulls;
-    Ok(Body {
-        name: category.name.clone(),
-        hulls,
-        world_from_object: Pose::IDENTITY,
-        mass: physical.mass,
-        friction: physical.friction,
-        restitution: physical.restitution,
-        rolling_friction_m: physical.rolling_friction_m,
-        fixed: false,
-    })
+    catalog_body(&category.name, &recipe, settings).map(|(body, _)| body)
 }
 
 fn outcome<'a>(

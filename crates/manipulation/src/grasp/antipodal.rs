@@ -60,10 +60,14 @@ pub fn candidates(
 
 /// Whether two hands are far apart, by a share of the usual bounds, with or without swapping the fingers.
 pub(super) fn differ(a: &Pose, b: &Pose, share: f64) -> bool {
+    a.translation_m.distance(b.translation_m) > share * SAME_M || turn_between_rad(a, b) > share * SAME_RAD
+}
+
+/// The angle between two hands, with or without swapping the fingers, whichever is less.
+pub(super) fn turn_between_rad(a: &Pose, b: &Pose) -> f64 {
     let half_turn = DQuat::from_rotation_z(std::f64::consts::PI);
     let turn_rad = |rotation: DQuat| a.rotation.angle_between(rotation);
-    a.translation_m.distance(b.translation_m) > share * SAME_M
-        || turn_rad(b.rotation).min(turn_rad(b.rotation * half_turn)) > share * SAME_RAD
+    turn_rad(b.rotation).min(turn_rad(b.rotation * half_turn))
 }
 
 /// A hand before its pads and its collisions are computed.

@@ -5,11 +5,11 @@
 //! and less deep. Where a trial dropped the object, hands near it wait; where the object almost stayed, they come
 //! first.
 
-use geometry::{DQuat, DVec3, Pose};
+use geometry::{DVec3, Pose};
 use physics::Body;
 use rand::{Rng, RngExt};
 
-use super::antipodal::{Candidate, Draft, Search};
+use super::antipodal::{Candidate, Draft, Search, turn_between_rad};
 use super::hand_shape::HandShape;
 use super::settings::GraspSettings;
 use super::{Grasp, Verdict};
@@ -108,9 +108,7 @@ pub fn excess(grasp: &Grasp, settings: &GraspSettings) -> f64 {
 /// 1 for a hand at the same pose, with or without swapping the fingers, and 0 for one that is far.
 fn nearness(pose: &Pose, candidate: &Candidate) -> f64 {
     let other = candidate.object_from_tool;
-    let half_turn = DQuat::from_rotation_z(std::f64::consts::PI);
-    let turn_rad = |rotation: DQuat| pose.rotation.angle_between(rotation);
-    let between_rad = turn_rad(other.rotation).min(turn_rad(other.rotation * half_turn));
+    let between_rad = turn_between_rad(pose, &other);
     let between_m = pose.translation_m.distance(other.translation_m);
     (-(between_m / NEAR_M).powi(2) - (between_rad / NEAR_RAD).powi(2)).exp()
 }
