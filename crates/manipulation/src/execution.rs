@@ -57,8 +57,10 @@ use motions::Motions;
 use runner::Runner;
 use scene::Shapes;
 
-/// Places for the base that are tried before a task has no path.
+/// Places for the base on each mount that are tried before a task has no path.
 const BASES: usize = 6;
+/// A task is attempted from so many of them before there is no path.
+const ATTEMPTS: usize = 3;
 
 /// The grasps of objects by their names, best first.
 pub type GraspBook = BTreeMap<String, Vec<Grasp>>;
@@ -183,32 +185,67 @@ pub fn execute(
 ) -> Result<Execution, Refusal> {
     let shapes = Shapes::new(scene)?;
     refusal::check(scene, &shapes, robot, &task.goal, grasps, settings)?;
-    let bases = match start.world_from_base {
-        Some(base) => vec![base],
-        None => work::bases_for(scene, &shapes, robot, &task.goal, grasps, settings),
+    let Some(base) = start.world_from_base else {
+        return execute_from_best(scene, &shapes, robot, task, grasps, start, settings, rng);
     };
+    let motions = Motions::new(scene, robot, base, settings)?;
+    if !base::reaches_table(&motions) {
+        return Err(Refusal::TableOutOfReach);
+    }
+    attempt_from(&motions, &shapes, task, grasps, start, rng)
+}
+
+/// Executes a task from the best place for the base. Where a motion is not found from there, the places that follow
+/// are rehearsed, and the task is attempted from those where the rehearsal finds its motions: nothing real has moved
+/// before a place is chosen.
+#[expect(clippy::too_many_arguments, reason = "those of `execute`")]
+fn execute_from_best(
+    scene: &TaskScene,
+    shapes: &Shapes,
+    robot: &Robot,
+    task: &Task,
+    grasps: &GraspBook,
+    start: &RobotStart,
+    settings: &ExecutionSettings,
+    rng: &mut impl Rng,
+) -> Result<Execution, Refusal> {
     let mut first_failure: Option<Execution> = None;
-    for base in bases.iter().take(BASES) {
-        let motions = Motions::new(scene, robot, *base, settings)?;
-        if !base::reaches_table(&motions) {
+    let mut attempts = 0;
+    for base in work::bases_for(scene, shapes, robot, &task.goal, grasps, settings) {
+        let motions = Motions::new(scene, robot, base, settings)?;
+        let is_promising =
+            || first_failure.is_none() || rehearsal::is_rehearsed(&motions, shapes, task, grasps);
+        if attempts == ATTEMPTS || !base::reaches_table(&motions) || !is_promising() {
             continue;
         }
-        let positions = start.joint_positions.as_ref().unwrap_or(&robot.home().positions);
-        let (bodies, opening_m) = (scene.bodies(), robot.home().opening_m);
-        let options = WorldOptions::default();
-        let world = ManipulationWorld::new(&bodies, robot, base, positions, opening_m, &options)?;
-        let runner = Runner::new(world, &motions, settings.record_hz);
-        let mut attempt = Attempt::new(&motions, &shapes, task, grasps, runner);
-        let failure = attempt.run(rng).err();
-        // A base from which not even the first motion was found is no reason to give up.
-        let gave_up = failure.is_some() && attempt.has_not_moved();
-        let execution = attempt.finish(failure, to_pose(base));
-        if !gave_up {
+        let execution = attempt_from(&motions, shapes, task, grasps, start, rng)?;
+        attempts += 1;
+        if !matches!(execution.failure, Some(Failure::Unreachable | Failure::NoPath)) {
             return Ok(execution);
         }
         first_failure.get_or_insert(execution);
     }
     first_failure.ok_or(Refusal::TableOutOfReach)
+}
+
+/// Attempts a task once, with the base of the robot where `motions` have it.
+fn attempt_from(
+    motions: &Motions,
+    shapes: &Shapes,
+    task: &Task,
+    grasps: &GraspBook,
+    start: &RobotStart,
+    rng: &mut impl Rng,
+) -> Result<Execution, Refusal> {
+    let (scene, robot) = (motions.scene, motions.robot);
+    let positions = start.joint_positions.as_ref().unwrap_or(&robot.home().positions);
+    let (bodies, opening_m, base) = (scene.bodies(), robot.home().opening_m, motions.world_from_base);
+    let world =
+        ManipulationWorld::new(&bodies, robot, &base, positions, opening_m, &WorldOptions::default())?;
+    let runner = Runner::new(world, motions, motions.settings.record_hz);
+    let mut attempt = Attempt::new(motions, shapes, task, grasps, runner);
+    let failure = attempt.run(rng).err();
+    Ok(attempt.finish(failure, to_pose(&base)))
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@ use crate::frames::{to_pose, to_vector};
 /// Sides of round shapes.
 const SEGMENTS: usize = 32;
 const ROUGHNESS: f32 = 0.45;
-/// Side of the column below a base beside the table, meters.
-const STAND_M: f64 = 0.2;
+/// Side of the column that a base stands on, meters.
+pub(crate) const STAND_M: f64 = 0.16;
 
 /// Meshes of the visible shapes of each link, in the order of `Robot::links`; a link without any has an empty mesh.
 pub fn link_meshes(robot: &Robot) -> Vec<TexturedMesh> {
@@ -39,17 +39,18 @@ pub fn floor_m(table: &TexturedMesh) -> f64 {
     table.positions.iter().map(|point| point.z).fold(0.0, f64::min)
 }
 
-/// What a base beside the table stands on, from the floor up; empty for one on the table. Nothing is simulated of it.
+/// What a base stands on: a column from the floor up, or from the top of the table. Nothing is simulated of it.
 pub fn stand_mesh(table: &TexturedMesh, world_from_base: &Pose) -> TexturedMesh {
     let mut mesh = TexturedMesh::default();
-    let (floor_m, (low, high)) = (floor_m(table), table.bounds());
+    let (low, high) = table.bounds();
     let at = world_from_base.translation_m.truncate();
     let is_on_table = at.cmpge(low.truncate()).all() && at.cmple(high.truncate()).all();
-    let height_m = world_from_base.translation_m.z - floor_m;
-    if !is_on_table && height_m > 0.0 {
+    let below_m = if is_on_table { high.z } else { floor_m(table) };
+    let height_m = world_from_base.translation_m.z - below_m;
+    if height_m > 0.0 {
         let mut column = block(DVec3::new(STAND_M, STAND_M, height_m));
-        let on_floor = Pose { translation_m: at.extend(floor_m), rotation: world_from_base.rotation };
-        column.positions.iter_mut().for_each(|point| *point = on_floor.transform_point(*point));
+        let placed = Pose { translation_m: at.extend(below_m), rotation: world_from_base.rotation };
+        column.positions.iter_mut().for_each(|point| *point = placed.transform_point(*point));
         mesh.add(column, &Material::plain("stand", Rgb::hex(0x8a_8f_96), 0.6));
     }
     mesh
@@ -88,7 +89,26 @@ fn posed(mut solid: Solid, pose: &Pose) -> Solid {
 
 #[cfg(test)]
 mod tests {
+    use geometry::DQuat;
+
     use super::*;
+
+    #[test]
+    fn a_base_stands_on_the_table_or_beside_it_on_the_floor() {
+        let mut table = TexturedMesh::default();
+        let top = block(DVec3::new(1.2, 0.8, 0.7)).translated(DVec3::new(0.0, 0.0, -0.7));
+        table.add(top, &Material::plain("wood", Rgb::hex(0x80_60_40), 0.5));
+        for (x_m, z_m, expected) in
+            [(0.2, 0.12, Some((0.0, 0.12))), (-0.9, 0.02, Some((-0.7, 0.02))), (0.2, 0.0, None)]
+        {
+            let base = Pose { translation_m: DVec3::new(x_m, 0.1, z_m), rotation: DQuat::IDENTITY };
+            let stand = stand_mesh(&table, &base);
+            let found = (!stand.positions.is_empty()).then(|| stand.bounds());
+            let micrometers = |(low, high): (f64, f64)| [low, high].map(|z_m| (1e6 * z_m).round());
+            let found = found.map(|(low, high)| micrometers((low.z, high.z)));
+            assert_eq!(found, expected.map(micrometers), "base at {x_m} m, {z_m} m high");
+        }
+    }
 
     #[test]
     fn meshes_are_the_shapes_that_are_seen() {

@@ -2,42 +2,59 @@
 
 use geometry::{DVec2, Pose};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use robot::collision::{ConvexPolyhedron, Obstacle};
 use robot::model::Robot;
 use robot::planning::{PlanOptions, Planner};
 
+use super::BASES;
 use super::motions::Motions;
-use super::obstacles::{PlannerArms, obstacles};
+use super::obstacles::{PlannerArms, polyhedra, stand};
 use super::reach::Reach;
 use super::scene::TaskScene;
 use super::settings::ExecutionSettings;
 use crate::frames::to_isometry;
+use crate::link_meshes::STAND_M;
 
 /// Places that are tried lie apart by this share of the reach.
 const SPACING_SHARE: f64 = 0.1;
 /// How far beyond the edge of the table a base may stand, meters.
 const BEYOND_M: f64 = 0.3;
-/// The base stands on the table by this, or off it by as much, meters.
-const BASE_RADIUS_M: f64 = 0.08;
 /// Objects are not nearer to the axis of the base than this, meters.
 const CLEAR_M: f64 = 0.2;
 /// What the arm works at is not nearer to its axis than this, meters.
 const TOO_NEAR_M: f64 = 0.22;
-/// Grasps of each object that are considered.
-const GRASPS: usize = 3;
+/// Grasps of each object that are considered, and places where it is put down.
+const GRASPS: usize = 6;
+const PLACES: usize = 6;
 
 /// Poses of the tool, any one of which is enough for one part of the work.
 pub(crate) type Alternatives = Vec<Pose>;
 
-/// The places for a base that reach one pose of each of `work`, the best first: where the least manipulability is
-/// greatest. The base faces the work.
-pub(crate) fn bases(
+/// A hull in the frame of its body, and `world_from_body`.
+type Placed = (ConvexPolyhedron, Isometry3<f64>);
+
+/// The places for a base that reach one pose of each of `work`: those on the first mount first, of each mount the best
+/// [`BASES`]. What is not asked for is not computed.
+pub(crate) fn bases<'a>(
+    scene: &'a TaskScene,
+    robot: &'a Robot,
+    work: Vec<Alternatives>,
+    settings: &'a ExecutionSettings,
+) -> impl Iterator<Item = Isometry3<f64>> + 'a {
+    settings.mounts_m.iter().flat_map(move |mount_m| bases_at(scene, robot, &work, *mount_m, settings))
+}
+
+/// The best [`BASES`] places for a base at this height that reach one pose of each of `work`, the best first: where the
+/// least manipulability is greatest. The base faces the work.
+fn bases_at(
     scene: &TaskScene,
     robot: &Robot,
     work: &[Alternatives],
+    mount_m: f64,
     settings: &ExecutionSettings,
 ) -> Vec<Isometry3<f64>> {
     let Ok(arms) = PlannerArms::new(robot) else { return Vec::new() };
-    let reach = Reach::new(robot);
+    let (reach, solids) = (Reach::new(robot), solids_of(scene));
     let reach_m = reach_m(robot);
     let at = |tool: &Pose| tool.translation_m.truncate();
     let points: Vec<DVec2> = work.iter().filter_map(|poses| poses.first().map(at)).collect();
@@ -46,51 +63,77 @@ pub(crate) fn bases(
     let (low, high) = (low - BEYOND_M, high + BEYOND_M);
     let spacing_m = SPACING_SHARE * reach_m;
     let counts = ((high - low) / spacing_m).ceil();
-    let mut ranked: Vec<(f64, Isometry3<f64>)> = Vec::new();
+    let mut best: Vec<(f64, Isometry3<f64>)> = Vec::new();
     for i in 0..=counts.x as i32 {
         for j in 0..=counts.y as i32 {
             let place = low + spacing_m * DVec2::new(f64::from(i), f64::from(j));
-            let in_reach = |p: &DVec2| (TOO_NEAR_M..0.95 * reach_m).contains(&p.distance(place));
-            if !points.iter().all(in_reach) || !has_room(scene, place) {
+            let in_reach = |pose: &Pose| (TOO_NEAR_M..0.95 * reach_m).contains(&at(pose).distance(place));
+            if !work.iter().all(|poses| poses.iter().any(in_reach)) || !has_room(scene, place) {
                 continue;
             }
             let toward = center - place;
             let base = Isometry3::from_parts(
-                Translation3::new(place.x, place.y, settings.mount_m),
+                Translation3::new(place.x, place.y, mount_m),
                 UnitQuaternion::from_axis_angle(&Vector3::z_axis(), toward.y.atan2(toward.x)),
             );
-            let mut worst = f64::INFINITY;
-            for poses in work {
-                worst = worst.min(best_of(&reach, &base, poses, settings));
-                if worst == 0.0 {
-                    break;
-                }
-            }
-            if worst > 0.0 && home_is_free(scene, robot, &arms, &base) {
-                ranked.push((worst, base));
+            // Only what is better than the last of those that are kept counts.
+            let floor = if best.len() == BASES { best[BASES - 1].0 } else { 0.0 };
+            let least = least_of(&reach, &base, work, floor, settings);
+            if least > floor && home_is_free(&solids, robot, &arms, &base) {
+                let rank = best.partition_point(|(other, _)| *other >= least);
+                best.insert(rank, (least, base));
+                best.truncate(BASES);
             }
         }
     }
-    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-    ranked.into_iter().map(|(_, base)| base).collect()
+    best.into_iter().map(|(_, base)| base).collect()
 }
 
-/// The greatest manipulability at any of the poses: the least of those at the pose, before it, and above it.
-fn best_of(reach: &Reach, base: &Isometry3<f64>, poses: &[Pose], settings: &ExecutionSettings) -> f64 {
-    let worst = |pose: &Pose| {
-        let back = pose.rotation * geometry::DVec3::Z * -settings.approach_m;
-        let up = geometry::DVec3::new(0.0, 0.0, settings.lift_m);
-        let mut worst = f64::INFINITY;
-        for offset in [geometry::DVec3::ZERO, back, up] {
-            let moved = Pose { translation_m: pose.translation_m + offset, ..*pose };
-            worst = worst.min(reach.manipulability(&(base.inverse() * to_isometry(&moved))));
-            if worst == 0.0 {
+/// The least manipulability of all parts of the work, each in the best of its poses; 0 if it is not above `floor`.
+fn least_of(
+    reach: &Reach,
+    base: &Isometry3<f64>,
+    work: &[Alternatives],
+    floor: f64,
+    settings: &ExecutionSettings,
+) -> f64 {
+    let mut least = f64::INFINITY;
+    for poses in work {
+        let mut best = floor;
+        for pose in poses {
+            best = best.max(manipulability_at(reach, base, pose, best, settings));
+            // More does not change the least.
+            if best >= least {
                 break;
             }
         }
-        worst
-    };
-    poses.iter().take(2 * GRASPS).map(worst).fold(0.0, f64::max)
+        if best <= floor {
+            return 0.0;
+        }
+        least = least.min(best);
+    }
+    least
+}
+
+/// The least manipulability at a pose, before it, and above it; any number up to `floor` if it is not above that.
+fn manipulability_at(
+    reach: &Reach,
+    base: &Isometry3<f64>,
+    pose: &Pose,
+    floor: f64,
+    settings: &ExecutionSettings,
+) -> f64 {
+    let back = pose.rotation * geometry::DVec3::Z * -settings.approach_m;
+    let up = geometry::DVec3::new(0.0, 0.0, settings.lift_m);
+    let mut least = f64::INFINITY;
+    for offset in [geometry::DVec3::ZERO, back, up] {
+        let moved = Pose { translation_m: pose.translation_m + offset, ..*pose };
+        least = least.min(reach.manipulability(&(base.inverse() * to_isometry(&moved))));
+        if least <= floor {
+            break;
+        }
+    }
+    least
 }
 
 /// No point of the tool is farther from the first joint than this.
@@ -103,7 +146,7 @@ pub(crate) fn reach_m(robot: &Robot) -> f64 {
     chain + robot.tool().link_from_tool.translation.vector.norm()
 }
 
-/// Whether the base stands beside the table, or on it and away from all objects.
+/// Whether the base stands beside the table, or on it and away from all objects; not on its edge.
 fn has_room(scene: &TaskScene, place: DVec2) -> bool {
     let inside_m = scene.outline.depth_inside_m(place);
     let away = |object: &physics::Body| {
@@ -112,27 +155,34 @@ fn has_room(scene: &TaskScene, place: DVec2) -> bool {
             .into_iter()
             .all(|p| object.world_from_object.transform_point(*p).truncate().distance(place) > CLEAR_M)
     };
-    !(-BASE_RADIUS_M..=BASE_RADIUS_M).contains(&inside_m) && scene.objects.iter().all(away)
+    inside_m.abs() > 0.5 * STAND_M && scene.objects.iter().all(away)
 }
 
-/// Whether the arm can wait at home.
-fn home_is_free(scene: &TaskScene, robot: &Robot, arms: &PlannerArms, base: &Isometry3<f64>) -> bool {
+/// Whether the arm can wait at home, among solids in the world.
+fn home_is_free(solids: &[Placed], robot: &Robot, arms: &PlannerArms, base: &Isometry3<f64>) -> bool {
     let base_from_world = base.inverse();
-    let bodies = std::iter::once(&scene.table).chain(&scene.objects);
-    let blocks: Vec<_> = bodies
-        .flat_map(|body| obstacles(&body.hulls, &(base_from_world * to_isometry(&body.world_from_object))))
-        .collect();
+    let placed = |(solid, pose): &Placed| Obstacle::hull(base_from_world * pose, solid.clone()).ok();
+    let blocks: Vec<_> = solids.iter().filter_map(placed).chain(stand(base)).collect();
     let options = PlanOptions { padding_m: 0.002, ..PlanOptions::default() };
     Planner::new(&arms.whole, &blocks, options).check_start(&robot.home().positions).is_ok()
 }
 
-/// The poses of the tool that pick an object up, and those that put it down, for the first grasps.
-pub(crate) fn tool_poses(world_from_object: &Pose, grasps: &[crate::grasp::Grasp]) -> Alternatives {
-    let first = grasps.iter().take(GRASPS);
-    first
-        .flat_map(|grasp| [*grasp, grasp.mirrored()])
-        .map(|g| *world_from_object * g.object_from_tool)
-        .collect()
+/// The hulls of the table and of all objects.
+fn solids_of(scene: &TaskScene) -> Vec<Placed> {
+    let bodies = std::iter::once(&scene.table).chain(&scene.objects);
+    let placed = bodies.flat_map(|body| {
+        let pose = to_isometry(&body.world_from_object);
+        polyhedra(&body.hulls).into_iter().map(move |solid| (solid, pose))
+    });
+    placed.collect()
+}
+
+/// The poses of the tool that have an object at one of its first places, by one of the first grasps.
+pub(crate) fn tool_poses(places: &[Pose], grasps: &[crate::grasp::Grasp]) -> Alternatives {
+    let grasps = grasps.iter().take(GRASPS).flat_map(|grasp| [*grasp, grasp.mirrored()]);
+    let grasps: Vec<Pose> = grasps.map(|grasp| grasp.object_from_tool).collect();
+    let places = places.iter().take(PLACES);
+    places.flat_map(|place| grasps.iter().map(|object_from_tool| *place * *object_from_tool)).collect()
 }
 
 /// Whether the arm at its place reaches any point of the table.

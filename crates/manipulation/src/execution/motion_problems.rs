@@ -19,7 +19,6 @@ use runtime::seed::child_rng;
 use serde::Serialize;
 use tasks::{GoalPredicate, PosedObject, PredicateKind};
 
-use super::BASES;
 use super::attempt::held_as;
 use super::base::{bases, reaches_table, tool_poses};
 use super::motions::{Motions, PickOption, PlaceOption};
@@ -159,11 +158,10 @@ impl<'a> PickAndPlaces<'a> {
         let mut why_not = NoProblem::NoFreePlace;
         for place in &places {
             let now = self.scene.objects[object].world_from_object;
-            let work = [tool_poses(&now, grasps), tool_poses(place, grasps)];
-            let found = bases(self.scene, self.robot, &work, self.settings);
+            let work = vec![tool_poses(&[now], grasps), tool_poses(&[*place], grasps)];
             why_not = why_not.max(NoProblem::OutOfReach);
-            for base in found.iter().take(BASES) {
-                match self.motions(object, grasps, place, *base, &mut rng) {
+            for base in bases(self.scene, self.robot, work, self.settings) {
+                match self.motions(object, grasps, place, base, &mut rng) {
                     Ok((transit, carry)) => {
                         let names =
                             (name(object).to_owned(), support.map(|support| name(support).to_owned()));

@@ -9,7 +9,7 @@ use robot::planning::straight::{StraightOptions, straight_by};
 use robot::planning::{PlanFailure, PlanOptions, Planner, Problem};
 use robot::trajectory::{Trajectory, TrajectoryError};
 
-use super::obstacles::{PlannerArms, Surroundings, polyhedra};
+use super::obstacles::{PlannerArms, Surroundings, polyhedra, stand};
 use super::reach::Reach;
 use super::scene::TaskScene;
 use super::settings::ExecutionSettings;
@@ -21,6 +21,10 @@ use crate::grasp::{Grasp, HandShape};
 const CONFIGURATIONS: usize = 4;
 /// Held objects touch what they rest on; their way is checked from this far above it, meters.
 const OFF_SUPPORT_M: f64 = 0.004;
+/// Where neighbors leave no more room, each finger comes this close past the object that it will grasp, meters, and no
+/// part of the hand comes closer than the second: servos do not stop exactly where they are asked to.
+const NARROW_M: f64 = 0.003;
+const NARROW_GAP_M: f64 = 0.001;
 
 /// An arm at its place in a scene.
 pub(crate) struct Motions<'a> {
@@ -97,23 +101,51 @@ impl<'a> Motions<'a> {
         Ok(Self { scene, robot, reach, arms, hand, world_from_base, settings, table_solids, solids })
     }
 
-    /// Grasps that the arm reaches with the objects in these poses, in the order in which they are given.
+    /// Grasps that the arm reaches with the objects in these poses, in the order in which they are given. Where there is
+    /// none, those that it reaches with the fingers opened less.
     pub fn picks(&self, object: usize, poses: &[Pose], grasps: &[Grasp], near: &[f64]) -> Vec<PickOption> {
+        let considered = &grasps[..grasps.len().min(self.settings.max_grasps)];
+        let found = self.reached(object, poses, considered, near);
+        if !found.is_empty() {
+            return found;
+        }
+        let others: Vec<usize> = (0..poses.len()).filter(|&other| other != object).collect();
+        let itself = Surroundings::new(&self.scene.table, &self.scene.objects, poses, &others);
+        let narrow = considered.iter().filter_map(|grasp| self.opened_less(&poses[object], grasp, &itself));
+        self.reached(object, poses, &narrow.collect::<Vec<_>>(), near)
+    }
+
+    /// Those of the grasps that the arm reaches.
+    fn reached(&self, object: usize, poses: &[Pose], grasps: &[Grasp], near: &[f64]) -> Vec<PickOption> {
         let neighbors = self.neighbors(object, poses);
         let planner = self.straight_planner(&neighbors.blocks);
         let mut found = Vec::new();
-        for grasp in grasps.iter().take(self.settings.max_grasps) {
-            for grasp in [*grasp, grasp.mirrored()] {
-                let world_from_tool = poses[object] * grasp.object_from_tool;
-                if self.hand_reaches(&world_from_tool, &grasp, object, &neighbors.exact) {
-                    found.extend(self.pick(&world_from_tool, &grasp, &planner, near));
-                }
-                if found.len() >= self.settings.max_options {
-                    return found;
-                }
+        for grasp in grasps.iter().flat_map(|grasp| [*grasp, grasp.mirrored()]) {
+            let world_from_tool = poses[object] * grasp.object_from_tool;
+            if self.hand_reaches(&world_from_tool, &grasp, object, &neighbors.exact) {
+                found.extend(self.pick(&world_from_tool, &grasp, &planner, near));
+            }
+            if found.len() >= self.settings.max_options {
+                break;
             }
         }
         found
+    }
+
+    /// A grasp to which the hand comes with its fingers opened less, if it passes the object itself so.
+    fn opened_less(&self, world_from_object: &Pose, grasp: &Grasp, itself: &Surroundings) -> Option<Grasp> {
+        let pregrasp_opening_m = grasp.opening_m + 2.0 * NARROW_M;
+        let world_from_tool = *world_from_object * grasp.object_from_tool;
+        let back = self.back(&world_from_tool);
+        let solids = self.hand.solids(pregrasp_opening_m, true);
+        let is_narrower = pregrasp_opening_m < grasp.pregrasp_opening_m;
+        (is_narrower && itself.are_passed(&solids, &world_from_tool, back, NARROW_GAP_M))
+            .then_some(Grasp { pregrasp_opening_m, ..*grasp })
+    }
+
+    /// From a grasp to where the hand comes from, in the world.
+    fn back(&self, world_from_tool: &Pose) -> DVec3 {
+        -self.settings.approach_m * (world_from_tool.rotation * DVec3::Z)
     }
 
     /// Whether the hand passes everything on its way to a grasp, and the held object on its way up.
@@ -124,8 +156,7 @@ impl<'a> Motions<'a> {
         object: usize,
         others: &Surroundings,
     ) -> bool {
-        let gap_m = self.settings.hand_gap_m;
-        let back = -self.settings.approach_m * (world_from_tool.rotation * DVec3::Z);
+        let (gap_m, back) = (self.settings.hand_gap_m, self.back(world_from_tool));
         let opened = self.hand.solids(grasp.pregrasp_opening_m, true);
         if !others.are_passed(&opened, world_from_tool, back, gap_m) {
             return false;
@@ -210,7 +241,7 @@ impl<'a> Motions<'a> {
         if configurations.is_empty() {
             return None;
         }
-        let back = -self.settings.approach_m * (world_from_tool.rotation * DVec3::Z);
+        let back = self.back(world_from_tool);
         let opened = self.hand.solids(held.release_opening_m, true);
         let gap_m = 0.5 * self.settings.hand_gap_m;
         let passes = neighbors.exact.are_passed(&opened, world_from_tool, back, gap_m)
@@ -320,7 +351,7 @@ impl<'a> Motions<'a> {
         self.world_from_base.rotation.inverse() * Vector3::z()
     }
 
-    /// The table and the objects in the frame of the base, without those that are skipped.
+    /// The table, the objects without those that are skipped, and a stand, in the frame of the base.
     pub fn obstacles(&self, poses: &[Pose], skipped: &[usize]) -> Vec<Obstacle> {
         let base_from_world = self.world_from_base.inverse();
         let kept = self.solids.iter().enumerate().filter(|(index, _)| !skipped.contains(index));
@@ -331,6 +362,7 @@ impl<'a> Motions<'a> {
                 let base_from_object = base_from_world * to_isometry(&pose);
                 solids.iter().filter_map(move |solid| Obstacle::hull(base_from_object, solid.clone()).ok())
             })
+            .chain(stand(&self.world_from_base))
             .collect()
     }
 

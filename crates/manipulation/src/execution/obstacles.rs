@@ -10,6 +10,7 @@ use robot::kinematics::tool_pose;
 use robot::model::Robot;
 
 use crate::frames::{from_vector, to_isometry};
+use crate::link_meshes::STAND_M;
 use crate::swept::Swept;
 
 /// Spheres that cover a held object have about this radius at most, meters.
@@ -18,6 +19,8 @@ const MAX_SPHERE_M: f64 = 0.02;
 const MAX_CLOSE_SPHERE_M: f64 = 0.006;
 /// And at least this many cells along its longest side.
 const CELLS: f64 = 4.0;
+/// Between the lowest link of a robot and the stand below it, meters.
+const BASE_GAP_M: f64 = 0.02;
 
 /// Hulls as the planner takes them. A hull that is not exactly convex is replaced by one that is.
 pub(crate) fn polyhedra(hulls: &[ConvexHull]) -> Vec<ConvexPolyhedron> {
@@ -33,6 +36,16 @@ pub(crate) fn polyhedra(hulls: &[ConvexHull]) -> Vec<ConvexPolyhedron> {
 pub(crate) fn obstacles(hulls: &[ConvexHull], base_from_object: &Isometry3<f64>) -> Vec<Obstacle> {
     let solids = polyhedra(hulls).into_iter();
     solids.filter_map(|solid| Obstacle::hull(*base_from_object, solid).ok()).collect()
+}
+
+/// The stand under a base that is high above the table, in the frame of the base; its lowest link is left some room.
+pub(crate) fn stand(world_from_base: &Isometry3<f64>) -> Option<Obstacle> {
+    let height_m = world_from_base.translation.vector.z - BASE_GAP_M;
+    let column = geometry::shapes::block(DVec3::new(STAND_M, STAND_M, height_m));
+    let column = column.translated(DVec3::new(0.0, 0.0, -BASE_GAP_M - height_m));
+    let hull = ConvexHull { points: column.positions, triangles: column.triangles };
+    let is_high = height_m > BASE_GAP_M;
+    is_high.then(|| obstacles(&[hull], &Isometry3::identity()).pop()).flatten()
 }
 
 /// Solids of the hand or of what it holds, in the frame of the tool, against hulls in their poses.

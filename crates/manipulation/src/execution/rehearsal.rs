@@ -6,7 +6,9 @@ use geometry::Pose;
 use nalgebra::Isometry3;
 use robot::model::Robot;
 use scene::InstanceId;
-use tasks::{Goal, GoalPredicate, PredicateKind, Situation, Task, evaluation::evaluate_predicate};
+use tasks::{
+    Goal, GoalPredicate, PosedObject, PredicateKind, Situation, Task, evaluation::evaluate_predicate,
+};
 
 use super::attempt::{held_as, max_fall_m};
 use super::motions::Motions;
@@ -15,7 +17,7 @@ use super::scene::{SceneError, Shapes, TaskScene};
 use super::settings::ExecutionSettings;
 use super::steps::{Step, steps};
 use super::work::{bases_for, places};
-use super::{BASES, GraspBook, base, grasps_of, refusal};
+use super::{GraspBook, base, grasps_of, refusal};
 use crate::grasp::{Grasp, GraspSettings, Verdict};
 
 /// Rehearses tasks in one scene with one robot: each step with the straight motions of its grasp and its place, as if
@@ -76,12 +78,11 @@ impl<'a> Rehearsal<'a> {
 
     /// The best place for the base from which the arm can make all steps of a task: `world_from_base`.
     pub fn base_for(&self, task: &Task, grasps: &GraspBook) -> Option<Isometry3<f64>> {
-        let (scene, robot, settings) = (self.scene, self.robot, self.settings);
-        let bases = bases_for(scene, &self.shapes, robot, &task.goal, grasps, settings);
-        bases.into_iter().take(BASES).find(|base| {
+        let (scene, shapes, robot, settings) = (self.scene, &self.shapes, self.robot, self.settings);
+        bases_for(scene, shapes, robot, &task.goal, grasps, settings).find(|base| {
             let motions = Motions::new(scene, robot, *base, settings);
             motions.is_ok_and(|motions| {
-                base::reaches_table(&motions) && self.is_rehearsed(&motions, task, grasps).is_some()
+                base::reaches_table(&motions) && is_rehearsed(&motions, shapes, task, grasps)
             })
         })
     }
@@ -99,46 +100,71 @@ impl<'a> Rehearsal<'a> {
         let known = |name: &str| Some((name.to_owned(), self.known.get(name)?.clone()));
         moved.iter().filter_map(|name| known(name.as_str())).collect()
     }
+}
 
-    /// `None` if a step has no grasp or no place that the arm reaches and leaves.
-    fn is_rehearsed(&self, motions: &Motions, task: &Task, grasps: &GraspBook) -> Option<()> {
-        let mut poses = self.scene.poses();
-        let start = self.shapes.posed(&poses);
-        let mut arm = self.robot.home().positions.clone();
-        let mut done: Vec<GoalPredicate> = Vec::new();
-        for step in steps(&task.goal) {
-            let now = self.shapes.posed(&poses);
-            let situation = Situation { table: &self.scene.outline, start: &start, now: &now, contacts: &[] };
-            let holds = |predicate| evaluate_predicate(predicate, &situation).holds;
-            if matches!(&step, Step::Place { predicates, .. } if predicates.iter().all(holds)) {
-                continue;
-            }
-            let name = step.object().as_str();
-            let object = self.scene.index(name)?;
-            let stable = grasps.get(name)?.iter().filter(|grasp| grasp.verdict == Verdict::Stable);
-            let stable: Vec<Grasp> = stable.copied().collect();
-            let picks = motions.picks(object, &poses, &stable, &arm);
-            if matches!(step, Step::Lift { .. }) {
-                arm.clone_from(picks.first()?.lift.last()?);
-                continue;
-            }
-            let (scene, shapes) = (self.scene, &self.shapes);
-            let offered = places(scene, shapes, &start, &now, object, &step, &done, self.settings);
-            let neighbors = motions.neighbors(object, &poses);
-            let trials = ReleaseTrials::new(scene, shapes, &start, &poses, object, step.predicates(), &done);
-            let (place, retreat) = picks.iter().find_map(|pick| {
-                let held = held_as(object, &pick.grasp);
-                let near = pick.lift.last()?;
-                offered.iter().find_map(|place: &Pose| {
-                    let option = motions.place(&held, place, &neighbors, near, max_fall_m(&step))?;
-                    trials.succeeds(&option.released).then_some((*place, option.retreat))
-                })
-            })?;
-            poses[object] = place;
-            arm.clone_from(retreat.last()?);
-            if let Step::Place { predicates, .. } = step {
-                done.extend(predicates);
-            }
+/// Whether the arm at its place reaches and leaves a grasp and a place for each step of a task.
+pub(crate) fn is_rehearsed(motions: &Motions, shapes: &Shapes, task: &Task, grasps: &GraspBook) -> bool {
+    let mut poses = motions.scene.poses();
+    let mut state = Rehearsed {
+        start: shapes.posed(&poses),
+        arm: motions.robot.home().positions.clone(),
+        done: Vec::new(),
+    };
+    steps(&task.goal).iter().all(|step| state.make(step, motions, shapes, &mut poses, grasps).is_some())
+}
+
+/// How far a rehearsal has come.
+struct Rehearsed {
+    start: Vec<PosedObject>,
+    /// The positions of the arm's joints.
+    arm: Vec<f64>,
+    /// Predicates that steps have brought about.
+    done: Vec<GoalPredicate>,
+}
+
+impl Rehearsed {
+    /// Makes a step, as if the object came to rest exactly where it is put. `None` if it has no grasp or no place that
+    /// the arm reaches and leaves.
+    fn make(
+        &mut self,
+        step: &Step,
+        motions: &Motions,
+        shapes: &Shapes,
+        poses: &mut [Pose],
+        grasps: &GraspBook,
+    ) -> Option<()> {
+        let scene = motions.scene;
+        let now = shapes.posed(poses);
+        let situation = Situation { table: &scene.outline, start: &self.start, now: &now, contacts: &[] };
+        let holds = |predicate| evaluate_predicate(predicate, &situation).holds;
+        if matches!(step, Step::Place { predicates, .. } if predicates.iter().all(holds)) {
+            return Some(());
+        }
+        let name = step.object().as_str();
+        let object = scene.index(name)?;
+        let stable = grasps.get(name)?.iter().filter(|grasp| grasp.verdict == Verdict::Stable);
+        let stable: Vec<Grasp> = stable.copied().collect();
+        let picks = motions.picks(object, poses, &stable, &self.arm);
+        if matches!(step, Step::Lift { .. }) {
+            self.arm.clone_from(picks.first()?.lift.last()?);
+            return Some(());
+        }
+        let (start, done) = (&self.start, &self.done);
+        let offered = places(scene, shapes, start, &now, object, step, done, motions.settings);
+        let neighbors = motions.neighbors(object, poses);
+        let trials = ReleaseTrials::new(scene, shapes, start, poses, object, step.predicates(), done);
+        let (place, retreat) = picks.iter().find_map(|pick| {
+            let held = held_as(object, &pick.grasp);
+            let near = pick.lift.last()?;
+            offered.iter().find_map(|place: &Pose| {
+                let option = motions.place(&held, place, &neighbors, near, max_fall_m(step))?;
+                trials.succeeds(&option.released).then_some((*place, option.retreat))
+            })
+        })?;
+        poses[object] = place;
+        self.arm.clone_from(retreat.last()?);
+        if let Step::Place { predicates, .. } = step {
+            self.done.extend(predicates.iter().cloned());
         }
         Some(())
     }

@@ -37,8 +37,9 @@ pub struct ExecutionSettings {
     pub max_samples: usize,
     /// Frames of the record in a second.
     pub record_hz: f64,
-    /// The base stands on a plate of this height on the table, meters.
-    pub mount_m: f64,
+    /// Heights of what the base stands on above the top of the table, meters, in the order in which they are tried: a
+    /// plate, and stands for arms that cannot point down at what is as high as they are.
+    pub mounts_m: Vec<f64>,
     /// A share of the weight that the strongest grip of both pads could hold by friction; heavier objects are refused.
     pub payload_share: f64,
 }

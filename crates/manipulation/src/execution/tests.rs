@@ -122,6 +122,54 @@ fn the_small_arm_puts_a_block_on_a_plate() {
     assert!(execution.succeeded, "{}", explained(&execution));
 }
 
+/// Regression: the second step was planned as if the first had not been made, so that the base stood where the arm
+/// could not put the second block that high. The wrist of this arm does not point down at what is as high as its
+/// shoulder: it needs a stand.
+#[test]
+fn the_small_arm_stands_where_it_can_make_the_last_step() {
+    let robot = Robot::built_in("piper", None).expect("built in");
+    let goal = r#"[{"predicate": "on", "object": "red_1", "target": "plate_1"},
+        {"predicate": "stacked_on", "object": "blue_1", "target": "red_1"}]"#;
+    let high = body("plate_1", vec![cylinder(0.09, 0.06, 0.0, 32)], 0.4, Pose::upright(DVec3::ZERO, 0.0));
+    let scene = scene(vec![
+        cube("red_1", DVec2::new(-0.2, 0.1), 0.4),
+        cube("blue_1", DVec2::new(-0.2, -0.1), 0.0),
+        high,
+    ]);
+    let execution = run(&scene, &robot, &task(goal), 1).expect("attempted");
+    assert!(execution.succeeded, "{}", explained(&execution));
+    let settings: ExecutionSettings = test_settings::section("execution");
+    assert!(execution.world_from_base.translation_m.z > settings.mounts_m[0], "{}", explained(&execution));
+}
+
+/// Regression: fingers that open by a centimeter more than the object is wide had no room beside its neighbors.
+#[test]
+fn fingers_open_less_between_close_neighbors() {
+    let robot = panda();
+    let goal = task(r#"[{"predicate": "lifted", "object": "block_1"}]"#);
+    let side_m = 0.045;
+    let beside = |name: &str, at: DVec2| cube(name, at, 0.0);
+    // The gap, and how far the fingers are open beside each side of the block.
+    for (gap_m, clearance_m) in [(0.035, Some(0.010)), (0.025, Some(0.003)), (0.005, None)] {
+        let way = |x: f64, y: f64| (side_m + gap_m) * DVec2::new(x, y);
+        let scene = scene(vec![
+            cube("block_1", DVec2::ZERO, 0.0),
+            beside("left_1", way(-1.0, 0.0)),
+            beside("right_1", way(1.0, 0.0)),
+            beside("near_1", way(0.0, -1.0)),
+            beside("far_1", way(0.0, 1.0)),
+        ]);
+        let execution = run(&scene, &robot, &goal, 1).expect("attempted");
+        let found = execution.picks.first().filter(|_| execution.succeeded);
+        let found_m = found.map(|pick| 0.5 * (pick.grasp.pregrasp_opening_m - side_m));
+        let is_expected = match (found_m, clearance_m) {
+            (Some(found_m), Some(clearance_m)) => (found_m - clearance_m).abs() < 1e-3,
+            (found, expected) => found.is_none() && expected.is_none(),
+        };
+        assert!(is_expected, "gap {gap_m} m, {found_m:?}: {}", explained(&execution));
+    }
+}
+
 #[test]
 fn blocks_are_stacked_swapped_and_lifted() {
     let robot = panda();

@@ -50,26 +50,42 @@ pub(crate) fn places(
     }
 }
 
-/// Places for the base from which the arm can pick up all that a goal moves, and put it down.
-pub(crate) fn bases_for(
+/// Places for the base from which the arm can pick up all that a goal moves, and put it down, as [`bases`] orders them.
+pub(crate) fn bases_for<'a>(
+    scene: &'a TaskScene,
+    shapes: &Shapes,
+    robot: &'a Robot,
+    goal: &Goal,
+    grasps: &GraspBook,
+    settings: &'a ExecutionSettings,
+) -> impl Iterator<Item = Isometry3<f64>> + 'a {
+    bases(scene, robot, work_of(scene, shapes, goal, grasps, settings), settings)
+}
+
+/// Where the tool has to be for each step of a goal: at a grasp of its object, and where it puts it down. Each step
+/// begins as if the earlier ones had put their objects to the first of their places.
+fn work_of(
     scene: &TaskScene,
     shapes: &Shapes,
-    robot: &Robot,
     goal: &Goal,
     grasps: &GraspBook,
     settings: &ExecutionSettings,
-) -> Vec<Isometry3<f64>> {
+) -> Vec<Alternatives> {
     let start = shapes.posed(&scene.poses());
-    let mut work: Vec<Alternatives> = Vec::new();
+    let mut now = start.clone();
+    let (mut work, mut done) = (Vec::new(), Vec::new());
     for step in steps(goal) {
         let name = step.object().as_str();
         let (Some(object), Some(grasps)) = (scene.index(name), grasps.get(name)) else { continue };
-        work.push(tool_poses(&scene.objects[object].world_from_object, grasps));
-        // Steps that come later are planned as if the earlier ones had not been made.
-        let places = places(scene, shapes, &start, &start, object, &step, &[], settings);
+        work.push(tool_poses(&[now[object].world_from_object], grasps));
+        let places = places(scene, shapes, &start, &now, object, &step, &done, settings);
         if let Some(place) = places.first() {
-            work.push(tool_poses(place, grasps));
+            work.push(tool_poses(&places, grasps));
+            now[object] = now[object].at(*place);
+        }
+        if let Step::Place { predicates, .. } = step {
+            done.extend(predicates);
         }
     }
-    bases(scene, robot, &work, settings)
+    work
 }
