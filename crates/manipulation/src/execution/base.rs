@@ -19,10 +19,10 @@ use crate::link_meshes::STAND_M;
 const SPACING_SHARE: f64 = 0.1;
 /// How far beyond the edge of the table a base may stand, meters.
 const BEYOND_M: f64 = 0.3;
-/// Objects are not nearer to the axis of the base than this, meters.
-const CLEAR_M: f64 = 0.2;
-/// What the arm works at is not nearer to its axis than this, meters.
-const TOO_NEAR_M: f64 = 0.22;
+/// Objects are not nearer to the axis of the base than this share of the reach: 0.2 m for the Panda.
+const CLEAR_SHARE: f64 = 0.185;
+/// What the arm works at is not nearer to its axis than this share of the reach.
+const TOO_NEAR_SHARE: f64 = 0.2;
 /// Grasps of each object that are considered, and places where it is put down.
 const GRASPS: usize = 6;
 const PLACES: usize = 6;
@@ -67,8 +67,11 @@ fn bases_at(
     for i in 0..=counts.x as i32 {
         for j in 0..=counts.y as i32 {
             let place = low + spacing_m * DVec2::new(f64::from(i), f64::from(j));
-            let in_reach = |pose: &Pose| (TOO_NEAR_M..0.95 * reach_m).contains(&at(pose).distance(place));
-            if !work.iter().all(|poses| poses.iter().any(in_reach)) || !has_room(scene, place) {
+            let in_reach =
+                |pose: &Pose| (TOO_NEAR_SHARE * reach_m..0.95 * reach_m).contains(&at(pose).distance(place));
+            if !work.iter().all(|poses| poses.iter().any(in_reach))
+                || !has_room(scene, place, CLEAR_SHARE * reach_m)
+            {
                 continue;
             }
             let toward = center - place;
@@ -146,14 +149,14 @@ pub(crate) fn reach_m(robot: &Robot) -> f64 {
     chain + robot.tool().link_from_tool.translation.vector.norm()
 }
 
-/// Whether the base stands beside the table, or on it and away from all objects; not on its edge.
-fn has_room(scene: &TaskScene, place: DVec2) -> bool {
+/// Whether the base stands beside the table or on it, not on its edge, and this far from all objects.
+fn has_room(scene: &TaskScene, place: DVec2, clear_m: f64) -> bool {
     let inside_m = scene.outline.depth_inside_m(place);
     let away = |object: &physics::Body| {
         let corners = object.hulls.iter().flat_map(|hull| &hull.points);
         corners
             .into_iter()
-            .all(|p| object.world_from_object.transform_point(*p).truncate().distance(place) > CLEAR_M)
+            .all(|p| object.world_from_object.transform_point(*p).truncate().distance(place) > clear_m)
     };
     inside_m.abs() > 0.5 * STAND_M && scene.objects.iter().all(away)
 }
