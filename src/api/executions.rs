@@ -33,13 +33,46 @@ pub struct ExecutionBody {
     /// The robot of an instruction in words.
     pub robot: String,
     pub seed: u64,
+    /// Where the base of the robot stands; chosen if absent.
+    pub base: Option<BasePlace>,
     /// Whether the archive has a video.
     pub video: bool,
 }
 
+/// Where the base of a robot stands, in the frame of the scene, and where it faces: turned by `yaw_rad` about the
+/// vertical.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BasePlace {
+    pub x_m: f64,
+    pub y_m: f64,
+    /// Above the top of the table.
+    pub z_m: f64,
+    pub yaw_rad: f64,
+}
+
+impl BasePlace {
+    /// No number is greater than this, in meters and radians.
+    const MAX: f64 = 10.0;
+
+    /// The first number that is too great, by its name.
+    ///
+    /// # Errors
+    /// Its name, and what is wrong with it.
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
+        let named = [("x_m", self.x_m), ("y_m", self.y_m), ("z_m", self.z_m), ("yaw_rad", self.yaw_rad)];
+        match named.into_iter().find(|(_, value)| !(-Self::MAX..=Self::MAX).contains(value)) {
+            Some((name, value)) => {
+                Err((name, format!("is {value}; it must be from {} to {}", -Self::MAX, Self::MAX)))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
 impl Default for ExecutionBody {
     fn default() -> Self {
-        Self { text: None, task: None, robot: "panda".to_owned(), seed: 0, video: false }
+        Self { text: None, task: None, robot: "panda".to_owned(), seed: 0, base: None, video: false }
     }
 }
 
@@ -66,6 +99,7 @@ pub struct ExecutionParameters {
 pub struct ExecutionRequest {
     pub task: RequestedTask,
     pub seed: u64,
+    pub base: Option<BasePlace>,
     pub video: bool,
     pub format: ExecutionFormat,
 }
@@ -127,10 +161,13 @@ fn validate(
     format: ExecutionFormat,
     max_text_chars: usize,
 ) -> Result<ExecutionRequest, Problem> {
-    let ExecutionBody { text, task, robot, seed, video } = body;
+    let ExecutionBody { text, task, robot, seed, base, video } = body;
     let mut errors = Vec::new();
     if seed > MAX_SEED {
         errors.push(FieldError::new("/seed", format!("must be at most {MAX_SEED}")));
+    }
+    if let Some(Err((name, why))) = base.map(|base| base.check()) {
+        errors.push(FieldError::new(format!("/base/{name}"), why));
     }
     if video && format == ExecutionFormat::Json {
         errors.push(FieldError::new("/video", "a video is in the archive alone; ask with format=zip"));
@@ -151,7 +188,7 @@ fn validate(
         }
     };
     match task {
-        Some(task) if errors.is_empty() => Ok(ExecutionRequest { task, seed, video, format }),
+        Some(task) if errors.is_empty() => Ok(ExecutionRequest { task, seed, base, video, format }),
         _ => Err(Problem::invalid(errors)),
     }
 }

@@ -10,12 +10,14 @@ use std::sync::Arc;
 use super::tasks::{instructed_task, limits_of};
 use crate::api::error::{FieldError, Problem, ProblemType};
 use crate::api::executions::{
-    ExecuteTask, ExecutionAnswer, ExecutionFormat, ExecutionRequest, RequestedTask,
+    BasePlace, ExecuteTask, ExecutionAnswer, ExecutionFormat, ExecutionRequest, RequestedTask,
 };
 use crate::config::Resolved;
 use crate::pipeline::task_scene::{BundleScene, of_archive, simulated};
 use export::archive::zip_files;
-use manipulation::execution::{Execution, Refusal, RobotStart, TaskScene, execute, find_grasps};
+use geometry::{DVec3, Pose};
+use manipulation::execution::{Execution, Refusal, RobotStart, TaskScene, check_base, execute, find_grasps};
+use manipulation::frames::to_isometry;
 use robot::model::Robot;
 use runtime::seed::child_rng;
 use serde::Deserialize;
@@ -56,7 +58,7 @@ pub fn execute_task(resolved: &Resolved) -> ExecuteTask {
         limits_of(&robot, &resolved.config.execution)?;
         let bundle = of_archive(archive)
             .map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))?;
-        let executed = run(&bundle, source, &robot, request.seed, &resolved)?;
+        let executed = run(&bundle, source, &robot, request.base, request.seed, &resolved)?;
         if request.format == ExecutionFormat::Json {
             return Ok(ExecutionAnswer::Document(files::document(&executed)));
         }
@@ -68,7 +70,8 @@ pub fn execute_task(resolved: &Resolved) -> ExecuteTask {
     })
 }
 
-/// Executes a task. Takes seconds: grasps are tried in simulation first.
+/// Executes a task, with the base of the robot at a given place or where it is best. Takes seconds: grasps are tried in
+/// simulation first.
 ///
 /// # Errors
 ///
@@ -77,6 +80,7 @@ pub fn run(
     bundle: &BundleScene,
     source: TaskSource,
     robot_name: &str,
+    base: Option<BasePlace>,
     seed: u64,
     resolved: &Resolved,
 ) -> Result<Executed, Problem> {
@@ -84,15 +88,23 @@ pub fn run(
     let robot = Robot::built_in(&task.robot, None)
         .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
     let scene = task_scene(bundle)?;
+    let start =
+        RobotStart { world_from_base: base.map(|base| to_isometry(&pose_of(base))), joint_positions: None };
+    if let Some(base) = &start.world_from_base {
+        check_base(&scene, &robot, base).map_err(|refusal| refused(&refusal))?;
+    }
     let broken = |error: manipulation::world::WorldError| {
         Problem::new(ProblemType::Conflict, "broken_scene", error.to_string())
     };
     let grasps = find_grasps(&scene, &task.goal, &robot, &resolved.config.grasps, seed).map_err(broken)?;
     let mut rng = child_rng(seed, "execution");
-    let done =
-        execute(&scene, &robot, &task, &grasps, &RobotStart::default(), &resolved.config.execution, &mut rng);
+    let done = execute(&scene, &robot, &task, &grasps, &start, &resolved.config.execution, &mut rng);
     let execution = done.map_err(|refusal| refused(&refusal))?;
     Ok(Executed { task, robot, seed, execution })
+}
+
+fn pose_of(base: BasePlace) -> Pose {
+    Pose::upright(DVec3::new(base.x_m, base.y_m, base.z_m), base.yaw_rad)
 }
 
 /// The task itself, or that of the instruction.

@@ -10,6 +10,7 @@ use super::bundle_input::BundleInput;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, scene_summary, terminal};
+use crate::api::executions::BasePlace;
 use crate::app::executions::{TaskSource, files, run as execute_task};
 use crate::pipeline::task_scene;
 use export::BundleFile;
@@ -29,6 +30,10 @@ pub struct Arguments {
     /// The robot of an instruction in words
     #[arg(long, value_name = "NAME", default_value = "panda")]
     robot: String,
+    /// Where the base of the robot stands: x, y and z in meters in the frame of the scene, whose z is 0 on the top of the
+    /// table, and the direction in which it faces in radians from x to y; chosen if absent
+    #[arg(long, value_name = "X,Y,Z,YAW", value_parser = base_place, allow_hyphen_values = true)]
+    base: Option<BasePlace>,
     /// Same scene, task and seed: same motion, to the byte
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -57,8 +62,8 @@ fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
     let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
     let refusal = |problem| refused(problem, "--task");
-    let executed =
-        execute_task(&bundle, source, &arguments.robot, arguments.seed, &resolved).map_err(refusal)?;
+    let executed = execute_task(&bundle, source, &arguments.robot, arguments.base, arguments.seed, &resolved)
+        .map_err(refusal)?;
     if let Some(folder) = &arguments.out {
         write(folder, &files::all_files(&archive, &executed, arguments.video).map_err(refusal)?)?;
     }
@@ -67,6 +72,16 @@ fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
         false => terminal::print(&verdict_text(&executed.task, &executed.execution)),
     }
     Ok(if executed.execution.succeeded { Exit::Success } else { Exit::TaskFailed })
+}
+
+/// Four numbers.
+fn base_place(given: &str) -> Result<BasePlace, String> {
+    let numbers: Option<Vec<f64>> = given.split(',').map(|number| number.trim().parse().ok()).collect();
+    let Some([x_m, y_m, z_m, yaw_rad]) = numbers.as_deref().and_then(|n| <[f64; 4]>::try_from(n).ok()) else {
+        return Err("give four numbers with commas between, such as -0.5,0,0.02,0".to_owned());
+    };
+    let place = BasePlace { x_m, y_m, z_m, yaw_rad };
+    place.check().map(|()| place).map_err(|(name, why)| format!("{name} {why}"))
 }
 
 /// A file of a task, or the text itself.

@@ -40,6 +40,7 @@ use runtime::seed::child_rng;
 use serde::{Deserialize, Serialize};
 use tasks::{Disturbance, Goal, PredicateOutcome, Task};
 
+pub use base::check_base;
 pub use motion_problems::{MotionProblem, NoProblem, PickAndPlace, PickAndPlaces};
 pub use record::{Frame, Phase, Recording};
 pub use refusal::Refusal;

@@ -17,6 +17,12 @@ async fn executions_are_of_finished_scenes_and_of_one_task() {
         ("", r#"{"text": " "}"#, (422, "invalid_body")),
         ("", r#"{"text": "lift the mug", "video": true}"#, (422, "invalid_body")),
         ("", r#"{"text": "lift the mug", "arms": 2}"#, (422, "invalid_body")),
+        ("", r#"{"text": "lift the mug", "base": {"x_m": -0.5, "y_m": 0}}"#, (422, "invalid_body")),
+        (
+            "",
+            r#"{"text": "lift the mug", "base": {"x_m": 99, "y_m": 0, "z_m": 0, "yaw_rad": 0}}"#,
+            (422, "invalid_body"),
+        ),
         ("?format=tar", r#"{"text": "lift the mug"}"#, (400, "invalid_parameter")),
         // The scripted bundle has no objects.
         ("?format=zip", r#"{"text": "lift the mug", "video": true}"#, (409, "bundle_unreadable")),

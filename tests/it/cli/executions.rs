@@ -62,10 +62,45 @@ fn an_executed_task_is_done_in_the_last_frame_and_not_in_the_first() {
         let verdict: Value = serde_json::from_slice(&judged.stdout).expect("JSON");
         assert_eq!(verdict["reached"], reached);
     }
+    check_given_bases(at);
     std::fs::write(at.join("state.json"), r#"{"objects": {"spoon_9": {"translation_m": [0, 0, 0]}}}"#)
         .expect("written");
     let arguments = ["judge", "--bundle", "scene", "--task", "run/task.json", "--state", "state.json"];
     let refused = run(at, &arguments);
     assert_eq!(refused.status.code(), Some(2), "{}", text(&refused.stdout));
     assert!(text(&refused.stderr).contains("state.json is no state"), "{}", text(&refused.stderr));
+}
+
+/// The base stands where it is told to, and nowhere else.
+fn check_given_bases(at: &Path) {
+    let chosen = read(&at.join("run/execution.json"))["world_from_base"].clone();
+    let part = |list: &str, k: usize| chosen[list][k].as_f64().expect("a number");
+    let (x_m, y_m, z_m) = (part("translation_m", 0), part("translation_m", 1), part("translation_m", 2));
+    let yaw_rad = 2.0 * part("rotation_xyzw", 2).atan2(part("rotation_xyzw", 3));
+    let with_base = |base: &str| {
+        run(at, &["execute", "--bundle", "scene", "--task", "run/task.json", "--base", base, "--json"])
+    };
+    let done = with_base(&format!("{x_m},{y_m},{z_m},{yaw_rad}"));
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    let told: Value = serde_json::from_slice(&done.stdout).expect("JSON");
+    let found = &told["execution"]["world_from_base"];
+    for (list, count) in [("translation_m", 3), ("rotation_xyzw", 4)] {
+        for k in 0..count {
+            let off = found[list][k].as_f64().expect("a number") - part(list, k);
+            assert!(off.abs() < 1e-9, "{list} {k} of {found} and {chosen}");
+        }
+    }
+    for (base, expected) in [
+        ("0,0,-0.3,0".to_owned(), "base_not_free"),
+        (format!("{x_m},{y_m},-0.02,0"), "base_not_free"),
+        ("5,0,0.02,0".to_owned(), "table_out_of_reach"),
+    ] {
+        let refused = with_base(&base);
+        assert_eq!(refused.status.code(), Some(2), "{base}: {}", text(&refused.stdout));
+        let told: Value = serde_json::from_slice(&refused.stdout).expect("JSON");
+        assert_eq!(told["failure"]["problem"]["code"], expected, "{base}: {told}");
+    }
+    for base in ["1,2,3", "a,b,c,d", "0,0,0,NaN", "99,0,0,0"] {
+        assert_eq!(with_base(base).status.code(), Some(2), "{base}");
+    }
 }

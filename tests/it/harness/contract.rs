@@ -139,6 +139,7 @@ fn every_object_names_its_fields_and_requests_have_no_others() {
         "DatasetSubmission",
         "DatasetFilter",
         "ExecutionRequest",
+        "BasePlace",
         "EpisodesSubmission",
         "EpisodeRecording",
         "EpisodeCamera",

@@ -7,6 +7,7 @@ use robot::model::Robot;
 use robot::planning::{PlanOptions, Planner};
 
 use super::BASES;
+use super::Refusal;
 use super::motions::Motions;
 use super::obstacles::{PlannerArms, polyhedra, stand};
 use super::reach::Reach;
@@ -161,6 +162,18 @@ fn has_room(scene: &TaskScene, place: DVec2, clear_m: f64) -> bool {
     inside_m.abs() > 0.5 * STAND_M && scene.objects.iter().all(away)
 }
 
+/// Checks a place for the base that somebody chose: the arm has to be free at home, and near the table.
+///
+/// # Errors
+/// [`Refusal::BaseNotFree`] and [`Refusal::TableOutOfReach`].
+pub fn check_base(scene: &TaskScene, robot: &Robot, world_from_base: &Isometry3<f64>) -> Result<(), Refusal> {
+    if !is_near_table(scene, robot, world_from_base) {
+        return Err(Refusal::TableOutOfReach);
+    }
+    let arms = PlannerArms::new(robot)?;
+    home_is_free(&solids_of(scene), robot, &arms, world_from_base).then_some(()).ok_or(Refusal::BaseNotFree)
+}
+
 /// Whether the arm can wait at home, among solids in the world.
 fn home_is_free(solids: &[Placed], robot: &Robot, arms: &PlannerArms, base: &Isometry3<f64>) -> bool {
     let base_from_world = base.inverse();
@@ -190,6 +203,10 @@ pub(crate) fn tool_poses(places: &[Pose], grasps: &[crate::grasp::Grasp]) -> Alt
 
 /// Whether the arm at its place reaches any point of the table.
 pub(crate) fn reaches_table(motions: &Motions) -> bool {
-    let at = motions.world_from_base.translation.vector;
-    -motions.scene.outline.depth_inside_m(DVec2::new(at.x, at.y)) < reach_m(motions.robot)
+    is_near_table(motions.scene, motions.robot, &motions.world_from_base)
+}
+
+fn is_near_table(scene: &TaskScene, robot: &Robot, world_from_base: &Isometry3<f64>) -> bool {
+    let at = world_from_base.translation.vector;
+    -scene.outline.depth_inside_m(DVec2::new(at.x, at.y)) < reach_m(robot)
 }

@@ -34,6 +34,8 @@ pub enum Refusal {
         "no place for the base of the robot reaches all that the task needs; move the objects or the robot"
     )]
     TableOutOfReach,
+    #[error("the arm touches something where it starts with its base there; give another place, or none")]
+    BaseNotFree,
     #[error(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
@@ -54,6 +56,7 @@ impl Refusal {
             Self::GoalConflict { .. } => "goal_conflict",
             Self::UnsupportedGoal { .. } => "predicate_not_supported",
             Self::TableOutOfReach => "table_out_of_reach",
+            Self::BaseNotFree => "base_not_free",
             Self::Scene(_) => "broken_object",
             Self::World(_) => "broken_object",
             Self::Robot(_) => "unsupported_robot",
