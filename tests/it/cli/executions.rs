@@ -73,7 +73,7 @@ fn an_executed_task_is_done_in_the_last_frame_and_not_in_the_first() {
 
 /// The base stands where it is told to, and nowhere else.
 fn check_given_bases(at: &Path) {
-    let chosen = read(&at.join("run/execution.json"))["world_from_base"].clone();
+    let chosen = read(&at.join("run/execution.json"))["execution"]["world_from_base"].clone();
     let part = |list: &str, k: usize| chosen[list][k].as_f64().expect("a number");
     let (x_m, y_m, z_m) = (part("translation_m", 0), part("translation_m", 1), part("translation_m", 2));
     let yaw_rad = 2.0 * part("rotation_xyzw", 2).atan2(part("rotation_xyzw", 3));
