@@ -8,8 +8,8 @@ read by PyPI `bddl`, and they are executed; each task of the paper is executed i
 robots. MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py). `problems` picks and places in
 the same scenes are planned (bars/pick_place.py). What was done is kept under the target directory: the same program goes on
 where it was interrupted, and records that another machine made are used if they are put there. All of it takes hours on two
-cores. Nothing new is begun after `minutes` (0: no limit); without `readers`, the executions whose files other programs read
-are left out.
+cores; `--only` measures one part, and writes its section of the page alone. Nothing new is begun after `minutes` (0: no
+limit); without `readers`, the executions whose files other programs read are left out.
 """
 
 import hashlib
@@ -58,6 +58,20 @@ PAPER_TASKS = {
     ),
 }
 ROBOTS = ("panda", "piper")
+REASONS = {
+    "object_too_wide": "a mango, an apple or a cup is wider everywhere than the gripper opens (80 mm of the Panda, 70 mm of the"
+    " PiPER, of which 5 mm stay free)",
+    "goal_not_met": "the motions were made, and a predicate does not hold: most cucumbers are longer than the bowl is wide and"
+    " weigh as much, so that they tip it, or end with their center above or beside it",
+    "disturbed_others": "something else was moved by more than the task allows: the bowl, under a cucumber that leans on it",
+    "no_path": "no grasp or no place has a free straight motion, or the motion between was not found",
+    "table_out_of_reach": "no place for the base reaches both objects",
+    "no_grasp": "no grasp held the object in the trials, or the fingers did not get hold of it",
+    "no_free_place": "two objects cannot change places: one does not fit where the other is",
+    "unreachable": "no configuration of the arm has the hand at a grasp",
+    "slipped": "the object moved in the hand, and the goal is not reached",
+    "dropped": "the hand lost the object",
+}
 
 
 class Bench:
@@ -204,21 +218,23 @@ def main() -> bool:
     options["minutes"] = 0.0
     given = arguments(__doc__.splitlines()[0], **options)
     bench = Bench(given)
-    parts = []
-    if given.only in ("all", "scenes"):
-        parts.append(in_scenes(bench, given.scenes, given.tasks))
-    if given.only in ("all", "paper"):
-        parts.append(of_paper(bench, given.seeds))
-    if given.only in ("all", "pick_place"):
-        bars, body = pick_place.measure(bench, scene_sentences(), given.problems)
-        if given.only == "pick_place":
-            body = f"{bar_table(bars)}\n\n{body}"
-            write_section("robot", "--only pick_place", pick_place.HEADING, body)
-            return all(holds for *_, holds in bars)
-        parts.append((bars, f"## {pick_place.HEADING}\n\n{body}"))
-    bars = [bar for part in parts for bar in part[0]]
-    write("robot", "Robots at work", "\n\n".join([bar_table(bars)] + [part[1] for part in parts]))
-    return all(holds for *_, holds in bars)
+    parts = {
+        "scenes": ("Proposed tasks", lambda: in_scenes(bench, given.scenes, given.tasks)),
+        "paper": ("Tasks of the paper", lambda: of_paper(bench, given.seeds)),
+        "pick_place": (pick_place.HEADING, lambda: pick_place.measure(bench, scene_sentences(), given.problems)),
+    }
+    every, sections = [], []
+    for name, (heading, measure) in parts.items():
+        if given.only in ("all", name):
+            bars, body = measure()
+            every += bars
+            sections.append((heading, f"{bar_table(bars)}\n\n{body}"))
+    if given.only == "all":
+        write("robot", "Robots at work", "\n\n".join(f"## {heading}\n\n{body}" for heading, body in sections))
+    else:
+        for heading, body in sections:
+            write_section("robot", f"--only {given.only}", heading, body)
+    return all(holds for *_, holds in every)
 
 
 def bar_table(bars: list) -> str:
@@ -279,7 +295,7 @@ def in_scenes(bench: Bench, scenes: int, count: int) -> tuple:
         if not record["replay"]["reached"]
     ]
     body = [
-        f"## Proposed tasks\n\n{len(wanted)} scenes of generated sentences, up to {count} proposed tasks each, by the "
+        f"{len(wanted)} scenes of generated sentences, up to {count} proposed tasks each, by the "
         f"Panda. Half of the executions took at most {median(done, 'cpu_s')} s of processor time, grasps included, for "
         f"{median(done, 'duration_s')} s of motion.",
         table(["kind", "tasks", "done", "MuJoCo agrees", "others"], rows),
@@ -319,8 +335,18 @@ def of_paper(bench: Bench, seeds: int) -> tuple:
             done, (agreed, replayed) = sum(r["outcome"] == "done" for r in of), agreement(of)
             bars.append(share(f"{instruction}, {robot}", done, seeds, PAPER))
             rows.append([instruction, robot, seeds, done, f"{agreed} of {replayed}", outcomes(of)])
-    body = table(["task", "robot", "seeds", "done", "MuJoCo agrees", "others"], rows)
-    return bars, f"## Tasks of the paper\n\nEach seed is another scene of the same text.\n\n{body}"
+    body = [
+        "Each seed is another scene of the same text.",
+        table(["task", "robot", "seeds", "done", "MuJoCo agrees", "others"], rows),
+        reasons(list(found.values())),
+    ]
+    return bars, "\n\n".join(body)
+
+
+def reasons(records: list) -> str:
+    """What limits those that are not done, the most frequent first."""
+    counts = Counter(record["outcome"] for record in records if record["outcome"] != "done")
+    return "\n".join(f"- `{name}`, {count}: {REASONS.get(name, 'see above')}." for name, count in counts.most_common())
 
 
 if __name__ == "__main__":

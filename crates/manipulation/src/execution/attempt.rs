@@ -97,14 +97,17 @@ impl<'a> Attempt<'a> {
         Ok(())
     }
 
-    /// Moves the hand as far from everything as the task asks, where the last retreat did not and a way is known.
-    fn leave(&mut self) {
+    /// Moves the hand as far from everything as the task asks, where the last retreat did not and a way is known; says
+    /// whether it did.
+    fn leave(&mut self) -> bool {
         let gap_m = self.task.limits.min_gripper_distance_m + LEAVING_GAP_M;
         let (poses, opening_m) = (self.runner.poses(), self.runner.world.opening_m());
         let way = way_out(self.motions, &self.runner.commanded, opening_m, &poses, gap_m);
-        if let Some(trajectory) = way.and_then(|path| self.motions.time_straight(&path).ok()) {
-            self.runner.follow(Phase::Retreat, &trajectory);
+        let trajectory = way.and_then(|path| self.motions.time_straight(&path).ok());
+        if let Some(trajectory) = &trajectory {
+            self.runner.follow(Phase::Retreat, trajectory);
         }
+        trajectory.is_some()
     }
 
     /// Whether the predicates of a step hold already.
@@ -213,7 +216,11 @@ impl<'a> Attempt<'a> {
             self.detail = Some("no place can be reached with any of the grasps".to_owned());
             return Err(Failure::NoPath);
         }
-        let planned = self.motions.move_free(&commanded, &goals, &poses, rng);
+        let mut planned = self.motions.move_free(&commanded, &goals, &poses, rng);
+        // Retreats pass neighbors more closely than the spheres of the planner do.
+        if planned.as_ref().is_err_and(MotionFailure::is_at_start) && self.leave() {
+            planned = self.motions.move_free(&self.runner.commanded, &goals, &self.runner.poses(), rng);
+        }
         let (path, trajectory) = planned.map_err(|failure| self.no_path(&failure))?;
         let option = reached(&path, &useful, |pick| &pick.approach).ok_or(Failure::NoPath)?;
         let (opening_m, speed_m_s) =

@@ -80,6 +80,13 @@ pub(crate) enum MotionFailure {
     Arm(#[from] ArmError),
 }
 
+impl MotionFailure {
+    /// Whether the arm touches something before it moves.
+    pub fn is_at_start(&self) -> bool {
+        matches!(self, Self::Plan(PlanFailure::StartInCollision { .. }))
+    }
+}
+
 /// The objects but one in their poses: what the straight motions of a hand with that one must pass.
 pub(crate) struct Neighbors {
     blocks: Vec<Obstacle>,
