@@ -166,7 +166,7 @@ fn made_stable(
     grasp: &mut Grasp,
     settings: &GraspSettings,
 ) -> Result<bool, WorldError> {
-    let result = try_grasp_gently(object, robot, grasp, &settings.trial, &WorldOptions::default())?;
+    let result = try_grasp_gently(object, robot, grasp, &settings.trial, &WorldOptions::for_trials())?;
     let is_stable = result.verdict == Verdict::Stable;
     if is_stable {
         grasp.take(&result);
@@ -182,7 +182,7 @@ fn tried_grasp(
     settings: &GraspSettings,
 ) -> Result<Grasp, WorldError> {
     let mut grasp = untested(candidate, robot.gripper().grip_force_n);
-    let result = try_grasp(object, robot, &grasp, &settings.trial, &WorldOptions::default())?;
+    let result = try_grasp(object, robot, &grasp, &settings.trial, &WorldOptions::for_trials())?;
     grasp.take(&result);
     Ok(grasp)
 }

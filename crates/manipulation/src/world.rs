@@ -7,13 +7,15 @@
 //!
 //! Objects and the table are the hulls of [`physics::Body`], with the contacts of [`physics::contacts`], which the
 //! certificate of a scene uses too. A pad meets everything with the coefficient of the gripper's model, which is what
-//! MuJoCo's rule, the greater of both, gives as well; other pairs have the mean of theirs. Links that must not touch
-//! each other do collide; pairs that the model leaves unchecked do not.
+//! MuJoCo's rule, the greater of both, gives as well; other pairs have the mean of theirs. Pads also resist turning
+//! about the closing line, as in the exported models. Links that must not touch each other do collide; pairs that the
+//! model leaves unchecked do not.
 //!
 //! World frame, SI units. Equal inputs give equal bytes: order, steps and iterations are fixed.
 
 mod contact_forces;
 mod options;
+mod pad_torsion;
 mod robot_body;
 
 use geometry::collision_shape::from_parry;
@@ -31,6 +33,7 @@ pub use contact_forces::{FingerForces, Touch};
 pub use options::WorldOptions;
 
 use crate::mechanism::Mechanism;
+use pad_torsion::PadTorsion;
 use robot_body::{RobotBody, object_groups};
 
 /// What turns with something else keeps its relative pose, and the engine would keep the directions of their contacts
@@ -46,6 +49,7 @@ const LOOK_AHEAD_M: f64 = 0.01;
 pub struct ManipulationWorld {
     world: PhysicsWorld,
     robot: RobotBody,
+    pad_torsion: PadTorsion,
     objects: Vec<Body>,
     handles: Vec<RigidBodyHandle>,
     options: WorldOptions,
@@ -124,6 +128,7 @@ impl ManipulationWorld {
         let mut world = contacts.empty_world();
         // Otherwise what the hand holds creeps by tens of micrometers whenever it is accelerated.
         world.integration_parameters.friction_in_bias_pass = true;
+        world.integration_parameters.num_internal_stabilization_iterations = options.friction_iterations;
         let groups = InteractionGroups::new(object_groups(), Group::ALL, InteractionTestMode::And);
         let handles = objects
             .iter()
@@ -139,7 +144,15 @@ impl ManipulationWorld {
             opening_m,
             options,
         )?;
-        Ok(Self { world, robot, objects: objects.to_vec(), handles, options: options.clone(), steps: 0 })
+        Ok(Self {
+            world,
+            robot,
+            pad_torsion: PadTorsion::default(),
+            objects: objects.to_vec(),
+            handles,
+            options: options.clone(),
+            steps: 0,
+        })
     }
 
     /// Sets where the servos of the arm pull to, and how fast the joints shall move there; both as long as the arm
@@ -160,6 +173,7 @@ impl ManipulationWorld {
         self.world.step();
         let bodies: Vec<&Body> = self.objects.iter().collect();
         resist_rolling(&mut self.world, &bodies, &self.handles);
+        self.pad_torsion.resist(&mut self.world, &self.robot.pads, &self.handles);
         self.renew_turning();
         self.steps += 1;
     }

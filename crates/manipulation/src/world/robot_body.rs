@@ -7,14 +7,15 @@ use physics::hull_set::HullSet;
 use rapier3d_f64::dynamics::{Multibody, MultibodyLinkId};
 use rapier3d_f64::math::Pose as RapierPose;
 use rapier3d_f64::prelude::{
-    CoefficientCombineRule, ColliderBuilder, GenericJoint, Group, InteractionGroups, InteractionTestMode,
-    JointAxesMask, JointAxis, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SharedShape,
+    CoefficientCombineRule, ColliderBuilder, ColliderHandle, GenericJoint, Group, InteractionGroups,
+    InteractionTestMode, JointAxesMask, JointAxis, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
+    SharedShape,
 };
 use robot::model::{MovingKind, PositionSource, Robot};
 
 use super::{NEVER_RECYCLED, WorldError, WorldOptions};
 use crate::frames::{to_isometry, to_pose, to_vector};
-use crate::mechanism::{Mechanism, PartJoint};
+use crate::mechanism::{Mechanism, Part, PartJoint};
 
 /// The group of everything that is no part of the robot.
 pub(super) fn object_groups() -> Group {
@@ -29,6 +30,8 @@ pub(super) struct RobotBody {
     pub mechanism: Mechanism,
     /// One for each part.
     pub handles: Vec<RigidBodyHandle>,
+    /// The colliders of the pads, each with its finger.
+    pub pads: Vec<(RigidBodyHandle, ColliderHandle)>,
     /// Position and velocity that each joint of the arm shall have.
     pub arm_targets: Vec<(f64, f64)>,
     pub gripper: GripperServo,
@@ -90,6 +93,7 @@ impl RobotBody {
             return Err(WorldError::BadRobot { part });
         }
         let mut handles: Vec<RigidBodyHandle> = Vec::with_capacity(mechanism.parts.len());
+        let mut pads = Vec::new();
         for (index, part) in mechanism.parts.iter().enumerate() {
             let pose = to_pose(&(world_from_base * placed[index]));
             let builder = match (&part.joint, &part.mass) {
@@ -100,22 +104,8 @@ impl RobotBody {
             let rigid = builder.pose(to_parry(&pose)).gravity_scale(0.0).can_sleep(false);
             handles.push(world.insert_body(rigid));
             let groups = part_groups(&mechanism, index, checked_pairs);
-            let friction = [0.5, robot.gripper().pad_friction];
-            for (hulls, friction) in [&part.hulls, &part.pads].into_iter().zip(friction) {
-                if hulls.is_empty() {
-                    continue;
-                }
-                let is_pad = std::ptr::eq(hulls, &part.pads);
-                let rule = if is_pad { CoefficientCombineRule::Max } else { CoefficientCombineRule::Average };
-                let collider = ColliderBuilder::new(SharedShape::new(HullSet::new(hulls)))
-                    .density(0.0)
-                    .friction(friction)
-                    .friction_combine_rule(rule)
-                    .restitution(0.0)
-                    .active_hooks(NEVER_RECYCLED)
-                    .collision_groups(groups);
-                world.insert_collider(collider, Some(handles[index]));
-            }
+            let pad = insert_colliders(world, robot, part, handles[index], groups);
+            pads.extend(pad.map(|pad| (handles[index], pad)));
         }
         for (index, part) in mechanism.parts.iter().enumerate() {
             let Some(joint) = &part.joint else { continue };
@@ -132,6 +122,7 @@ impl RobotBody {
             opening_per_position: robot.gripper().opening_per_position,
             arm_targets: start.iter().map(|&position| (position, 0.0)).collect(),
             handles,
+            pads,
             mechanism,
         };
         body.start(world, start, gripper_position)?;
@@ -262,6 +253,31 @@ impl RobotBody {
             _ => JointAxis::AngX,
         }
     }
+}
+
+/// Inserts the shapes of a part, and gives the collider of its pad, if it has one.
+fn insert_colliders(
+    world: &mut PhysicsWorld,
+    robot: &Robot,
+    part: &Part,
+    handle: RigidBodyHandle,
+    groups: InteractionGroups,
+) -> Option<ColliderHandle> {
+    let housing = (&part.hulls, 0.5, CoefficientCombineRule::Average);
+    let pad = (&part.pads, robot.gripper().pad_friction, CoefficientCombineRule::Max);
+    let [_, pad] = [housing, pad].map(|(hulls, friction, rule)| {
+        (!hulls.is_empty()).then(|| {
+            let collider = ColliderBuilder::new(SharedShape::new(HullSet::new(hulls)))
+                .density(0.0)
+                .friction(friction)
+                .friction_combine_rule(rule)
+                .restitution(0.0)
+                .active_hooks(NEVER_RECYCLED)
+                .collision_groups(groups);
+            world.insert_collider(collider, Some(handle))
+        })
+    });
+    pad
 }
 
 /// The engine's joint: its x axis is that of the joint.

@@ -5,7 +5,7 @@ use robot::kinematics::tool_pose;
 
 use super::*;
 use crate::frames::{to_isometry, to_pose};
-use crate::test_scenes::{block, box_body, table};
+use crate::test_scenes::{block, body, box_body, table};
 
 fn panda() -> Robot {
     Robot::built_in("panda", None).expect("built in")
@@ -121,6 +121,23 @@ fn a_pinched_box_stays() {
         assert!(world.object_pose(1).translation_m.z > 0.09, "{:?}", world.object_pose(1));
         assert!(slip_m < 2e-4, "{mass_kg} kg slips by {slip_m} m");
     }
+}
+
+/// Regression: pads did not resist turning about the line between them, and what was gripped by small spots swung.
+#[test]
+fn what_is_gripped_beside_its_center_of_mass_does_not_swing() {
+    let arm = block(DVec3::new(0.16, 0.01, 0.02)).translated(DVec3::new(0.06, 0.0, 0.0));
+    let axle = block(DVec3::new(0.002, 0.04, 0.002)).translated(DVec3::new(0.0, 0.0, 0.009));
+    let mut world = pinched(body("arm", vec![arm, axle], 0.4, Pose::IDENTITY), 0.01);
+    let held = world.tool_pose().inverse() * world.object_pose(1);
+    let speed = 0.1;
+    for step in 0..500 {
+        world.set_joint_targets(&[0.0, 0.0, speed * f64::from(step + 1) / 500.0], &[0.0, 0.0, speed]);
+        world.step();
+    }
+    let now = world.tool_pose().inverse() * world.object_pose(1);
+    let turn_rad = now.rotation.angle_between(held.rotation);
+    assert!(turn_rad < 0.06, "turns by {turn_rad} rad");
 }
 
 /// Regression: the engine kept the directions of contacts whose bodies turned together, and a box turned in the hand.
