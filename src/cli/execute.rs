@@ -30,8 +30,8 @@ pub struct Arguments {
     /// The robot of an instruction in words
     #[arg(long, value_name = "NAME", default_value = "panda")]
     robot: String,
-    /// Where the base of the robot stands: x, y and z in meters in the frame of the scene, whose z is 0 on the top of the
-    /// table, and the direction in which it faces in radians from x to y; chosen if absent
+    /// Where the base of the robot stands: x, y and z in meters in the frame of the scene, whose z is 0 on the top of
+    /// the table, and the direction in which it faces in radians from x to y; chosen if absent
     #[arg(long, value_name = "X,Y,Z,YAW", value_parser = base_place, allow_hyphen_values = true)]
     base: Option<BasePlace>,
     /// Same scene, task and seed: same motion, to the byte

@@ -71,7 +71,7 @@ fn an_executed_task_is_done_in_the_last_frame_and_not_in_the_first() {
     assert!(text(&refused.stderr).contains("state.json is no state"), "{}", text(&refused.stderr));
 }
 
-/// The base stands where it is told to, and nowhere else.
+/// The base stands at a given place, and is refused where the arm is not free.
 fn check_given_bases(at: &Path) {
     let chosen = read(&at.join("run/execution.json"))["execution"]["world_from_base"].clone();
     let part = |list: &str, k: usize| chosen[list][k].as_f64().expect("a number");
@@ -82,8 +82,8 @@ fn check_given_bases(at: &Path) {
     };
     let done = with_base(&format!("{x_m},{y_m},{z_m},{yaw_rad}"));
     assert!(done.status.success(), "{}", text(&done.stderr));
-    let told: Value = serde_json::from_slice(&done.stdout).expect("JSON");
-    let found = &told["execution"]["world_from_base"];
+    let printed: Value = serde_json::from_slice(&done.stdout).expect("JSON");
+    let found = &printed["execution"]["world_from_base"];
     for (list, count) in [("translation_m", 3), ("rotation_xyzw", 4)] {
         for k in 0..count {
             let off = found[list][k].as_f64().expect("a number") - part(list, k);
@@ -97,8 +97,8 @@ fn check_given_bases(at: &Path) {
     ] {
         let refused = with_base(&base);
         assert_eq!(refused.status.code(), Some(2), "{base}: {}", text(&refused.stdout));
-        let told: Value = serde_json::from_slice(&refused.stdout).expect("JSON");
-        assert_eq!(told["failure"]["problem"]["code"], expected, "{base}: {told}");
+        let printed: Value = serde_json::from_slice(&refused.stdout).expect("JSON");
+        assert_eq!(printed["failure"]["problem"]["code"], expected, "{base}: {printed}");
     }
     for base in ["1,2,3", "a,b,c,d", "0,0,0,NaN", "99,0,0,0"] {
         assert_eq!(with_base(base).status.code(), Some(2), "{base}");

@@ -46,7 +46,7 @@ pub(crate) fn bases<'a>(
 }
 
 /// The best [`BASES`] places for a base at this height that reach one pose of each of `work`, the best first: where the
-/// least manipulability is greatest. The base faces the work.
+/// worst manipulability is greatest. The base faces the work.
 fn bases_at(
     scene: &TaskScene,
     robot: &Robot,
@@ -82,10 +82,10 @@ fn bases_at(
             );
             // Only what is better than the last of those that are kept counts.
             let floor = if best.len() == BASES { best[BASES - 1].0 } else { 0.0 };
-            let least = least_of(&reach, &base, work, floor, settings);
-            if least > floor && home_is_free(&solids, robot, &arms, &base) {
-                let rank = best.partition_point(|(other, _)| *other >= least);
-                best.insert(rank, (least, base));
+            let worst = worst_of(&reach, &base, work, floor, settings);
+            if worst > floor && home_is_free(&solids, robot, &arms, &base) {
+                let rank = best.partition_point(|(other, _)| *other >= worst);
+                best.insert(rank, (worst, base));
                 best.truncate(BASES);
             }
         }
@@ -93,33 +93,33 @@ fn bases_at(
     best.into_iter().map(|(_, base)| base).collect()
 }
 
-/// The least manipulability of all parts of the work, each in the best of its poses; 0 if it is not above `floor`.
-fn least_of(
+/// The worst manipulability of all parts of the work, each in the best of its poses; 0 if it is not above `floor`.
+fn worst_of(
     reach: &Reach,
     base: &Isometry3<f64>,
     work: &[Alternatives],
     floor: f64,
     settings: &ExecutionSettings,
 ) -> f64 {
-    let mut least = f64::INFINITY;
+    let mut worst = f64::INFINITY;
     for poses in work {
         let mut best = floor;
         for pose in poses {
             best = best.max(manipulability_at(reach, base, pose, best, settings));
-            // More does not change the least.
-            if best >= least {
+            // More does not change the worst.
+            if best >= worst {
                 break;
             }
         }
         if best <= floor {
             return 0.0;
         }
-        least = least.min(best);
+        worst = worst.min(best);
     }
-    least
+    worst
 }
 
-/// The least manipulability at a pose, before it, and above it; any number up to `floor` if it is not above that.
+/// The worst manipulability at a pose, before it, and above it; any number up to `floor` if it is not above that.
 fn manipulability_at(
     reach: &Reach,
     base: &Isometry3<f64>,
@@ -129,15 +129,15 @@ fn manipulability_at(
 ) -> f64 {
     let back = pose.rotation * geometry::DVec3::Z * -settings.approach_m;
     let up = geometry::DVec3::new(0.0, 0.0, settings.lift_m);
-    let mut least = f64::INFINITY;
+    let mut worst = f64::INFINITY;
     for offset in [geometry::DVec3::ZERO, back, up] {
         let moved = Pose { translation_m: pose.translation_m + offset, ..*pose };
-        least = least.min(reach.manipulability(&(base.inverse() * to_isometry(&moved))));
-        if least <= floor {
+        worst = worst.min(reach.manipulability(&(base.inverse() * to_isometry(&moved))));
+        if worst <= floor {
             break;
         }
     }
-    least
+    worst
 }
 
 /// No point of the tool is farther from the first joint than this.
@@ -162,7 +162,7 @@ fn has_room(scene: &TaskScene, place: DVec2, clear_m: f64) -> bool {
     inside_m.abs() > 0.5 * STAND_M && scene.objects.iter().all(away)
 }
 
-/// Checks a place for the base that somebody chose: the arm has to be free at home, and near the table.
+/// Checks a given place for the base: the arm has to be free at home, and near the table.
 ///
 /// # Errors
 /// [`Refusal::BaseNotFree`] and [`Refusal::TableOutOfReach`].

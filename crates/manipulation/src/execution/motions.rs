@@ -108,8 +108,8 @@ impl<'a> Motions<'a> {
         Ok(Self { scene, robot, reach, arms, hand, world_from_base, settings, table_solids, solids })
     }
 
-    /// Grasps that the arm reaches with the objects in these poses, in the order in which they are given. Where there is
-    /// none, those that it reaches with the fingers opened less.
+    /// Grasps that the arm reaches with the objects in these poses, in the order in which they are given. Where there
+    /// is none, those that it reaches with the fingers opened less.
     pub fn picks(&self, object: usize, poses: &[Pose], grasps: &[Grasp], near: &[f64]) -> Vec<PickOption> {
         let considered = &grasps[..grasps.len().min(self.settings.max_grasps)];
         let found = self.reached(object, poses, considered, near);
