@@ -1,6 +1,7 @@
 //! Where the base of an arm stands: at the place from which it reaches all grasps and goals best.
 
-use geometry::{DVec2, Pose};
+use geometry::polygon::convex_hull_2d;
+use geometry::{DVec2, Outline, Pose};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use robot::collision::{ConvexPolyhedron, Obstacle};
 use robot::model::Robot;
@@ -55,7 +56,7 @@ fn bases_at(
     settings: &ExecutionSettings,
 ) -> Vec<Isometry3<f64>> {
     let Ok(arms) = PlannerArms::new(robot) else { return Vec::new() };
-    let (reach, solids) = (Reach::new(robot), solids_of(scene));
+    let (reach, solids, footprints) = (Reach::new(robot), solids_of(scene), footprints(scene));
     let reach_m = reach_m(robot);
     let at = |tool: &Pose| tool.translation_m.truncate();
     let points: Vec<DVec2> = work.iter().filter_map(|poses| poses.first().map(at)).collect();
@@ -71,7 +72,7 @@ fn bases_at(
             let in_reach =
                 |pose: &Pose| (TOO_NEAR_SHARE * reach_m..0.95 * reach_m).contains(&at(pose).distance(place));
             if !work.iter().all(|poses| poses.iter().any(in_reach))
-                || !has_room(scene, place, CLEAR_SHARE * reach_m)
+                || !has_room(scene, &footprints, place, CLEAR_SHARE * reach_m)
             {
                 continue;
             }
@@ -150,16 +151,21 @@ pub(crate) fn reach_m(robot: &Robot) -> f64 {
     chain + robot.tool().link_from_tool.translation.vector.norm()
 }
 
-/// Whether the base stands beside the table or on it, not on its edge, and this far from all objects.
-fn has_room(scene: &TaskScene, place: DVec2, clear_m: f64) -> bool {
+/// Whether the base stands beside the table or on it, not on its edge, and this far from all objects seen from above.
+fn has_room(scene: &TaskScene, footprints: &[Outline], place: DVec2, clear_m: f64) -> bool {
     let inside_m = scene.outline.depth_inside_m(place);
-    let away = |object: &physics::Body| {
-        let corners = object.hulls.iter().flat_map(|hull| &hull.points);
-        corners
-            .into_iter()
-            .all(|p| object.world_from_object.transform_point(*p).truncate().distance(place) > clear_m)
+    let is_away = |footprint: &Outline| -footprint.depth_inside_m(place) > clear_m;
+    inside_m.abs() > 0.5 * STAND_M && footprints.iter().all(is_away)
+}
+
+/// The outline of each object from above.
+fn footprints(scene: &TaskScene) -> Vec<Outline> {
+    let of = |object: &physics::Body| {
+        let points = object.hulls.iter().flat_map(|hull| &hull.points);
+        let above = points.map(|p| object.world_from_object.transform_point(*p).truncate());
+        Outline::new(convex_hull_2d(&above.collect::<Vec<_>>())).ok()
     };
-    inside_m.abs() > 0.5 * STAND_M && scene.objects.iter().all(away)
+    scene.objects.iter().filter_map(of).collect()
 }
 
 /// Checks a given place for the base: the arm has to be free at home, and near the table.
