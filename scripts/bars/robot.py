@@ -1,11 +1,12 @@
 """Robots at work: proposed tasks in generated scenes, the tasks of the paper, and MuJoCo's opinion of both.
 
     PYTHONPATH=scripts python3 -m bars.robot [--target-dir target] [--scenes 100] [--tasks 3] [--seeds 100] [--jobs 2]
-        [--only all|scenes|paper|pick_place] [--problems 300] [--readers yes|no] [--minutes 0]
+        [--only all|scenes|paper|pick_place] [--problems 300] [--repeated 100] [--readers yes|no] [--minutes 0]
 
 `scenes` generated sentences of at least three objects become scenes. For each, `tasks` tasks are proposed, their BDDL is
 read by PyPI `bddl`, and they are executed; each task of the paper is executed in its scene with `seeds` seeds by both
-robots. MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py). `problems` picks and places in
+robots. MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py); of the tasks of the paper, those
+of the first `repeated` seeds. `problems` picks and places in
 the same scenes are planned (bars/pick_place.py). What was done is kept under the target directory: the same program goes on
 where it was interrupted, and records that another machine made are used if they are put there. All of it takes hours on two
 cores; `--only` measures one part, and writes its section of the page alone. Nothing new is begun after `minutes` (0: no
@@ -122,8 +123,8 @@ class Bench:
         keep(path, found)
         return found
 
-    def executed(self, name: str, scene, task, seed: int, robot: str) -> dict:
-        """What became of a task (a dictionary, or an instruction) in a scene, and what MuJoCo says of it."""
+    def executed(self, name: str, scene, task, seed: int, robot: str, is_repeated: bool = True) -> dict:
+        """What became of a task (a dictionary, or an instruction) in a scene, and what MuJoCo says of it, if it is asked."""
         path = self.folder / "executions" / f"{name}.json"
         if path.is_file():
             return json.loads(path.read_text(encoding="utf-8"))
@@ -141,7 +142,8 @@ class Bench:
         ran = self.call([*asked, "--json", *(["--video"] if is_read else [])], None)
         record = {"cpu_s": ran.cpu_s, **self.outcome(ran)}
         if record["outcome"] == "done":
-            record["replay"] = self.replayed(bundle, out)
+            if is_repeated:
+                record["replay"] = self.replayed(bundle, out)
             if is_read:
                 record["files"] = self.read(out)
         shutil.rmtree(out)
@@ -215,12 +217,13 @@ def keep(path: Path, told):
 
 def main() -> bool:
     options = {"scenes": 100, "tasks": 3, "seeds": 100, "jobs": 2, "only": "all", "problems": 300, "readers": "yes"}
+    options["repeated"] = 100
     options["minutes"] = 0.0
     given = arguments(__doc__.splitlines()[0], **options)
     bench = Bench(given)
     parts = {
         "scenes": ("Proposed tasks", lambda: in_scenes(bench, given.scenes, given.tasks)),
-        "paper": ("Tasks of the paper", lambda: of_paper(bench, given.seeds)),
+        "paper": ("Tasks of the paper", lambda: of_paper(bench, given.seeds, given.repeated)),
         "pick_place": (pick_place.HEADING, lambda: pick_place.measure(bench, scene_sentences(), given.problems)),
     }
     every, sections = [], []
@@ -252,7 +255,7 @@ def share(what: str, found: int, total: int, bar: float) -> tuple:
 
 
 def agreement(records: list) -> tuple:
-    replays = [record["replay"] for record in records if record["outcome"] == "done"]
+    replays = [record["replay"] for record in records if "replay" in record]
     return sum(replay["reached"] for replay in replays), len(replays)
 
 
@@ -317,7 +320,7 @@ def outcomes(records: list) -> str:
     return ", ".join(f"{name} {count}" for name, count in counts.most_common()) or "-"
 
 
-def of_paper(bench: Bench, seeds: int) -> tuple:
+def of_paper(bench: Bench, seeds: int, repeated: int) -> tuple:
     every = [(name, robot, seed) for seed in range(seeds) for name in PAPER_TASKS for robot in ROBOTS]
 
     def work(one: tuple) -> list:
@@ -325,7 +328,7 @@ def of_paper(bench: Bench, seeds: int) -> tuple:
         text, instruction = PAPER_TASKS[name]
         # Two robots and two tasks share scenes.
         scene = partial(bench.scene, f"paper_{'kitchen' if text == KITCHEN else name}_{seed}", text, seed)
-        return [bench.executed(f"paper_{name}_{robot}_{seed}", scene, instruction, seed, robot)]
+        return [bench.executed(f"paper_{name}_{robot}_{seed}", scene, instruction, seed, robot, seed < repeated)]
 
     found = dict(zip(every, (records[0] for records in bench.each("paper", every, work))))
     bars, rows = [], []
@@ -336,7 +339,7 @@ def of_paper(bench: Bench, seeds: int) -> tuple:
             bars.append(share(f"{instruction}, {robot}", done, seeds, PAPER))
             rows.append([instruction, robot, seeds, done, f"{agreed} of {replayed}", outcomes(of)])
     body = [
-        "Each seed is another scene of the same text.",
+        f"Each seed is another scene of the same text. MuJoCo repeats those of the first {min(repeated, seeds)} seeds.",
         table(["task", "robot", "seeds", "done", "MuJoCo agrees", "others"], rows),
         reasons(list(found.values())),
     ]
