@@ -60,8 +60,8 @@ PAPER_TASKS = {
 }
 ROBOTS = ("panda", "piper")
 REASONS = {
-    "object_too_wide": "a mango, an apple or a cup is wider everywhere than the gripper opens (80 mm of the Panda, 70 mm of the"
-    " PiPER, of which 5 mm stay free)",
+    "object_too_wide": "a mango, an apple or a cup is wider everywhere than the gripper opens (80 mm of the Panda, 70 mm of"
+    " the PiPER, of which 5 mm stay free)",
     "goal_not_met": "the motions were made, and a predicate does not hold: most cucumbers are longer than the bowl is wide and"
     " weigh as much, so that they tip it, or end with their center above or beside it",
     "disturbed_others": "something else was moved by more than the task allows: the bowl, under a cucumber that leans on it",

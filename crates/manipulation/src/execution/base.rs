@@ -216,3 +216,31 @@ fn is_near_table(scene: &TaskScene, robot: &Robot, world_from_base: &Isometry3<f
     let at = world_from_base.translation.vector;
     -scene.outline.depth_inside_m(DVec2::new(at.x, at.y)) < reach_m(robot)
 }
+
+#[cfg(test)]
+mod tests {
+    use geometry::DVec3;
+    use geometry::shapes::block;
+
+    use super::*;
+    use crate::test_scenes::box_body;
+
+    /// Regression: only the corners of an object had to be away from the base, which stood in the middle of a board.
+    #[test]
+    fn a_base_stands_neither_on_a_board_nor_on_the_edge_of_the_table() {
+        let outline = [(-0.6, -0.4), (0.6, -0.4), (0.6, 0.4), (-0.6, 0.4)].map(DVec2::from);
+        let top = block(DVec3::new(1.2, 0.8, 0.03)).translated(DVec3::new(0.0, 0.0, -0.03));
+        let board = block(DVec3::new(0.4, 0.4, 0.02));
+        let scene = TaskScene {
+            table: box_body("table", top, 10.0, Pose::IDENTITY),
+            outline: Outline::new(outline.to_vec()).expect("a rectangle"),
+            objects: vec![box_body("board_1", board, 1.0, Pose::IDENTITY)],
+        };
+        let footprints = footprints(&scene);
+        let cases = [(0.0, false), (0.3, false), (0.4, true), (0.58, false), (0.65, false), (0.8, true)];
+        for (x_m, expected) in cases {
+            let found = has_room(&scene, &footprints, DVec2::new(x_m, 0.0), 0.14);
+            assert_eq!(found, expected, "a base {x_m} m from the center of a board of 0.4 m");
+        }
+    }
+}

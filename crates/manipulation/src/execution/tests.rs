@@ -142,28 +142,6 @@ fn the_small_arm_stands_where_it_can_make_the_last_step() {
     assert!(execution.world_from_base.translation_m.z > settings.mounts_m[0], "{}", explained(&execution));
 }
 
-/// Regression: only the corners of an object had to be away from the base, which stood in the middle of a board.
-#[test]
-fn a_base_does_not_stand_on_a_board() {
-    let robot = Robot::built_in("piper", None).expect("built in");
-    let board = block(DVec3::new(0.4, 0.5, 0.02));
-    let scene = scene(vec![
-        cube("red_1", DVec2::new(-0.28, 0.0), 0.4),
-        cube("blue_1", DVec2::new(0.28, 0.0), 0.0),
-        box_body("board_1", board, 1.0, Pose::upright(DVec3::ZERO, 0.0)),
-    ]);
-    let goal = task(r#"[{"predicate": "next_to", "object": "red_1", "target": "blue_1"}]"#);
-    let (shapes, grasps) = (Shapes::new(&scene).expect("a scene"), book(&scene, &robot, &goal));
-    let settings: ExecutionSettings = test_settings::section("execution");
-    let found: Vec<_> = work::bases_for(&scene, &shapes, &robot, &goal.goal, &grasps, &settings).collect();
-    assert!(!found.is_empty());
-    for base in found {
-        let at = base.translation.vector;
-        let beside_m = (at.x.abs() - 0.2).max(at.y.abs() - 0.25);
-        assert!(beside_m > 0.1, "the base is at {at}, {beside_m} m beside the board");
-    }
-}
-
 /// Regression: fingers that open by a centimeter more than the object is wide had no room beside its neighbors.
 #[test]
 fn fingers_open_less_between_close_neighbors() {
