@@ -225,7 +225,7 @@ mod tests {
     use super::*;
     use crate::test_scenes::box_body;
 
-    /// Regression: only the corners of an object had to be away from the base, which stood in the middle of a board.
+    /// Regression: only the corners of an object had to be away from the base, which stood at the center of a board.
     #[test]
     fn a_base_stands_neither_on_a_board_nor_on_the_edge_of_the_table() {
         let outline = [(-0.6, -0.4), (0.6, -0.4), (0.6, 0.4), (-0.6, 0.4)].map(DVec2::from);
