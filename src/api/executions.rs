@@ -55,10 +55,10 @@ impl BasePlace {
     /// No number is greater than this, in meters and radians.
     const MAX: f64 = 10.0;
 
-    /// The first number that is too great, by its name.
+    /// Checks that no number is out of range.
     ///
     /// # Errors
-    /// Its name, and what is wrong with it.
+    /// The name of the first that is, and what is wrong with it.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
         let named = [("x_m", self.x_m), ("y_m", self.y_m), ("z_m", self.z_m), ("yaw_rad", self.yaw_rad)];
         match named.into_iter().find(|(_, value)| !(-Self::MAX..=Self::MAX).contains(value)) {

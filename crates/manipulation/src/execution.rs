@@ -30,6 +30,7 @@ mod verdict;
 mod work;
 
 use std::collections::BTreeMap;
+use std::iter;
 
 use geometry::Pose;
 use nalgebra::Isometry3;
@@ -173,6 +174,10 @@ fn grasps_of(
 
 /// Executes a task. A task that fails is an [`Execution`] with its reason.
 ///
+/// The base stands where it is given, or at the best place for it. Where a motion is not found from there, the places
+/// that follow are rehearsed, and the task is attempted from those where the rehearsal finds its motions: nothing real
+/// has moved before a place is chosen.
+///
 /// # Errors
 /// If the task is not attempted; see [`Refusal`].
 pub fn execute(
@@ -186,45 +191,28 @@ pub fn execute(
 ) -> Result<Execution, Refusal> {
     let shapes = Shapes::new(scene)?;
     refusal::check(scene, &shapes, robot, &task.goal, grasps, settings)?;
-    let Some(base) = start.world_from_base else {
-        return execute_from_best(scene, &shapes, robot, task, grasps, start, settings, rng);
+    let bases: Box<dyn Iterator<Item = Isometry3<f64>>> = match start.world_from_base {
+        Some(base) => Box::new(iter::once(base)),
+        None => Box::new(work::bases_for(scene, &shapes, robot, &task.goal, grasps, settings)),
     };
-    let motions = Motions::new(scene, robot, base, settings)?;
-    if !base::reaches_table(&motions) {
-        return Err(Refusal::TableOutOfReach);
-    }
-    attempt_from(&motions, &shapes, task, grasps, start, rng)
-}
-
-/// Executes a task from the best place for the base. Where a motion is not found from there, the places that follow
-/// are rehearsed, and the task is attempted from those where the rehearsal finds its motions: nothing real has moved
-/// before a place is chosen.
-#[expect(clippy::too_many_arguments, reason = "those of `execute`")]
-fn execute_from_best(
-    scene: &TaskScene,
-    shapes: &Shapes,
-    robot: &Robot,
-    task: &Task,
-    grasps: &GraspBook,
-    start: &RobotStart,
-    settings: &ExecutionSettings,
-    rng: &mut impl Rng,
-) -> Result<Execution, Refusal> {
     let mut first_failure: Option<Execution> = None;
     let mut attempts = 0;
-    for base in work::bases_for(scene, shapes, robot, &task.goal, grasps, settings) {
+    for base in bases {
         let motions = Motions::new(scene, robot, base, settings)?;
         let is_promising =
-            || first_failure.is_none() || rehearsal::is_rehearsed(&motions, shapes, task, grasps);
-        if attempts == ATTEMPTS || !base::reaches_table(&motions) || !is_promising() {
+            || first_failure.is_none() || rehearsal::is_rehearsed(&motions, &shapes, task, grasps);
+        if !base::reaches_table(&motions) || !is_promising() {
             continue;
         }
-        let execution = attempt_from(&motions, shapes, task, grasps, start, rng)?;
+        let execution = attempt_from(&motions, &shapes, task, grasps, start, rng)?;
         attempts += 1;
         if !matches!(execution.failure, Some(Failure::Unreachable | Failure::NoPath)) {
             return Ok(execution);
         }
         first_failure.get_or_insert(execution);
+        if attempts == ATTEMPTS {
+            break;
+        }
     }
     first_failure.ok_or(Refusal::TableOutOfReach)
 }

@@ -7,13 +7,12 @@ use robot::collision::{ConvexPolyhedron, Obstacle};
 use robot::model::Robot;
 use robot::planning::{PlanOptions, Planner};
 
-use super::BASES;
-use super::Refusal;
 use super::motions::Motions;
 use super::obstacles::{PlannerArms, polyhedra, stand};
 use super::reach::Reach;
 use super::scene::TaskScene;
 use super::settings::ExecutionSettings;
+use super::{BASES, Refusal};
 use crate::frames::to_isometry;
 use crate::link_meshes::STAND_M;
 

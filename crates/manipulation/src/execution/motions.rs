@@ -112,19 +112,26 @@ impl<'a> Motions<'a> {
     /// is none, those that it reaches with the fingers opened less.
     pub fn picks(&self, object: usize, poses: &[Pose], grasps: &[Grasp], near: &[f64]) -> Vec<PickOption> {
         let considered = &grasps[..grasps.len().min(self.settings.max_grasps)];
-        let found = self.reached(object, poses, considered, near);
+        let neighbors = self.neighbors(object, poses);
+        let found = self.reached(object, poses, considered, &neighbors, near);
         if !found.is_empty() {
             return found;
         }
         let others: Vec<usize> = (0..poses.len()).filter(|&other| other != object).collect();
         let itself = Surroundings::new(&self.scene.table, &self.scene.objects, poses, &others);
         let narrow = considered.iter().filter_map(|grasp| self.opened_less(&poses[object], grasp, &itself));
-        self.reached(object, poses, &narrow.collect::<Vec<_>>(), near)
+        self.reached(object, poses, &narrow.collect::<Vec<_>>(), &neighbors, near)
     }
 
     /// Those of the grasps that the arm reaches.
-    fn reached(&self, object: usize, poses: &[Pose], grasps: &[Grasp], near: &[f64]) -> Vec<PickOption> {
-        let neighbors = self.neighbors(object, poses);
+    fn reached(
+        &self,
+        object: usize,
+        poses: &[Pose],
+        grasps: &[Grasp],
+        neighbors: &Neighbors,
+        near: &[f64],
+    ) -> Vec<PickOption> {
         let planner = self.straight_planner(&neighbors.blocks);
         let mut found = Vec::new();
         for grasp in grasps.iter().flat_map(|grasp| [*grasp, grasp.mirrored()]) {
