@@ -1,6 +1,11 @@
-"""A page of results: what was run, on which commit and machine, and a table."""
+"""A page of results: what was run, on which commit and machine, and a table.
+
+What is measured is what was committed: with uncommitted changes a bar does not begin, unless `--uncommitted` is given, and
+then its page says so.
+"""
 
 import argparse
+import functools
 import hashlib
 import os
 import platform
@@ -11,6 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 RESULTS = ROOT / "docs" / "results"
+UNCOMMITTED = " with uncommitted changes"
 
 
 def arguments(description: str, **more) -> argparse.Namespace:
@@ -19,7 +25,10 @@ def arguments(description: str, **more) -> argparse.Namespace:
     parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
     for name, default in more.items():
         parser.add_argument("--" + name.replace("_", "-"), type=type(default), default=default)
+    parser.add_argument("--uncommitted", action="store_true", help="measure uncommitted changes; the page says so")
     given = parser.parse_args()
+    if UNCOMMITTED in commit_at_the_begin() and not given.uncommitted:
+        parser.error(f"the tree is at commit {commit()}: commit or stash them, or give --uncommitted")
     given.target_dir = given.target_dir.resolve()
     given.binary = given.target_dir / "release" / "tabletopgen"
     given.work = given.target_dir / "bars"
@@ -42,7 +51,7 @@ def table(columns, rows) -> str:
 def write(bar: str, title: str, body: str):
     """docs/results/BAR.md, with the command and the commit that made it."""
     RESULTS.mkdir(parents=True, exist_ok=True)
-    made = f"`make bars BARS={bar}` at commit {commit()} on {time.strftime('%Y-%m-%d', time.gmtime())}, {machine()}."
+    made = f"`make bars BARS={bar}` at commit {measured_commit()} on {time.strftime('%Y-%m-%d', time.gmtime())}, {machine()}."
     path = RESULTS / f"{bar}.md"
     path.write_text(f"# {title}\n\n{made}\n\n{body.rstrip()}\n", encoding="utf-8")
     print(f"{body}\n\nwritten to {path.relative_to(ROOT)}", flush=True)
@@ -53,7 +62,7 @@ def write_section(bar: str, options: str, heading: str, body: str):
     path = RESULTS / f"{bar}.md"
     page = path.read_text(encoding="utf-8") if path.is_file() else f"# {bar.capitalize()}\n"
     day = time.strftime("%Y-%m-%d", time.gmtime())
-    made = f"`make bars BARS={bar} BARS_OPTIONS=\"{options}\"` at commit {commit()} on {day}, {machine()}."
+    made = f"`make bars BARS={bar} BARS_OPTIONS=\"{options}\"` at commit {measured_commit()} on {day}, {machine()}."
     path.write_text(with_section(page, heading, f"{made}\n\n{body.rstrip()}"), encoding="utf-8")
     print(f"{body}\n\nwritten to {path.relative_to(ROOT)}", flush=True)
 
@@ -73,7 +82,18 @@ def with_section(page: str, heading: str, body: str) -> str:
 def commit() -> str:
     found = git("rev-parse", "--short=12", "HEAD")
     changed = git("status", "--porcelain", "--", ".", ":!docs/results")
-    return (found or "(no git)") + (" with uncommitted changes" if changed else "")
+    return (found or "(no git)") + (UNCOMMITTED if changed else "")
+
+
+@functools.cache
+def commit_at_the_begin() -> str:
+    return commit()
+
+
+def measured_commit() -> str:
+    """The commit at which the measurement began; changes on the way are uncommitted ones of it."""
+    begun = commit_at_the_begin()
+    return begun if UNCOMMITTED in begun or commit() == begun else begun + UNCOMMITTED
 
 
 def source_digest() -> str:

@@ -14,7 +14,7 @@ import sys
 import time
 from pathlib import Path
 
-from bars.page import RESULTS, arguments, commit, machine, table
+from bars.page import RESULTS, arguments, machine, measured_commit, table
 from bars.reliability import churn, faults, kills, leases, single, soak, submits, throughput
 from bars.reliability.bench import STORES, Bench
 from bars.reliability.part import yes
@@ -114,7 +114,7 @@ def keep(name, found, command, seconds):
     known = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
     known[name] = {
         "command": command,
-        "commit": commit(),
+        "commit": measured_commit(),
         "day": time.strftime("%Y-%m-%d", time.gmtime()),
         "machine": machine(),
         "minutes": round(seconds / 60, 1),
