@@ -50,8 +50,7 @@ fuzz:
 
 # After `make test`, which leaves sample scenes
 programs:
-	@python="$$(scripts/prerequisites.sh bars)" && PYTHON="$$python" sh tests/judges/setup.sh
-	@tests/judges/programs.sh
+	@python="$$(scripts/prerequisites.sh bars)" && "$$python" scripts/programs.py --target-dir "$(TARGET_DIR)"
 	@"$(TARGET_DIR)/judges/bin/python" tests/judges/judge.py --only readme "$(TARGET_DIR)"/sample/*/
 
 # TRAINING is the folder of images, frames, environment and network; IMAGES is the number of training images
@@ -65,7 +64,7 @@ train: lab
 	"$(TRAINING)/venv/bin/python" training/train.py --images "$(TRAINING)/images" --out "$(TRAINING)/network"
 
 # BARS names those to run, BARS_OPTIONS are options of theirs: make bars BARS=words BARS_OPTIONS="--scenes 60"
-BARS ?= sentences certified generate_time determinism kill certify_time picture_time remote_kill remote_fanout words reliability contract overload editing variants batches robot grasps episodes policy recordings
+BARS ?= sentences certified generate_time determinism kill certify_time picture_time remote_kill remote_fanout words reliability contract overload editing variants batches robot grasps episodes policy recordings rest categories
 bars: lab
 	@python="$$(scripts/prerequisites.sh bars)" && for bar in $(BARS); do \
 	    "$$python" -m bars.$$bar --target-dir "$(TARGET_DIR)" $(BARS_OPTIONS) || exit 1; done

@@ -1,6 +1,6 @@
 """The README's Python examples run from the bundle's folder, each in a process of its own as for a reader, two at once.
 
-Newton and Blender want versions of their own: `programs.sh` makes an environment for each under `programs/` of this
+Some programs want versions of their own: `scripts/programs.py` makes an environment for each under `programs/` of this
 one, and what has none is told as not run. Isaac Sim and Gazebo are no packages; PyBullet is one for some Pythons only.
 """
 
@@ -14,7 +14,10 @@ from left_out import LEFT_OUT
 from verdict import Verdict
 
 APPLICATIONS = ("Isaac Sim",)
-ENVIRONMENTS = {"Newton": "programs/newton", "Blender": "programs/blender"}
+ENVIRONMENTS = {
+    "Newton": "programs/newton", "Blender": "programs/blender", "MuJoCo Warp": "programs/mujoco_warp",
+    "robosuite": "programs/robosuite", "Genesis": "programs/genesis", "Pinocchio": "programs/pinocchio",
+}
 AT_ONCE = 2
 LIMIT_S = 900
 
@@ -41,10 +44,10 @@ def judge(bundle: Path) -> Verdict:
     return verdict
 
 
-def examples(text):
-    """(heading, code) of every Python example."""
+def examples(text, language="python"):
+    """(heading, code) of every example in a language."""
     heading = ""
-    for match in re.finditer(r"^## ([^\n]+)$|^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
+    for match in re.finditer(rf"^## ([^\n]+)$|^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
         if match.group(1):
             heading = match.group(1)
         else:
