@@ -150,10 +150,11 @@ def ended(bundle: Path, program: Program, duration_s: float):
         )
     except subprocess.TimeoutExpired:
         return {}, f"it is not done within {LIMIT_S} s"
-    lines = run.stdout.strip().splitlines()
-    if run.returncode != 0 or not lines:
+    # Some programs say good-bye behind it.
+    told = [line.removeprefix("rest: ") for line in run.stdout.splitlines() if line.startswith("rest: ")]
+    if run.returncode != 0 or not told:
         return {}, (run.stderr or run.stdout).strip()[-300:] or f"exit code {run.returncode}"
-    return json.loads(lines[-1]), ""
+    return json.loads(told[-1]), ""
 
 
 def main() -> int:

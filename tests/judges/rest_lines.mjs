@@ -16,7 +16,7 @@ const example = fs.readFileSync(0, "utf8");
 const count = `Math.round(${Number(seconds)} / model.opt.timestep)`;
 const asked = example.replace(/< \d+;/, `< ${count};`);
 if (asked === example) throw new Error("the example has no loop of steps");
-const [before, loop] = asked.split(/^(?=for )/m);
+const [before, loop] = asked.split(/^(?=for \(let )/m);
 const told = `
 const spent = process.cpuUsage();
 ${loop}
@@ -28,7 +28,7 @@ const poses = Object.fromEntries(names.map((name) => {
   return [name, [...data.xpos.slice(3 * body, 3 * body + 3), x, y, z, w]];
 }));
 const step_s = model.opt.timestep;
-console.log("\\n" + JSON.stringify({ poses, step_s, simulated_s: ${count} * step_s, cpu_s: 1e-6 * (user + system) }));
+console.log("\\nrest: " + JSON.stringify({ poses, step_s, simulated_s: ${count} * step_s, cpu_s: 1e-6 * (user + system) }));
 `;
 const file = path.join(environment, `example-${process.pid}.mjs`);
 fs.writeFileSync(file, before + told);

@@ -3,8 +3,9 @@
     python rest_lines.py PROGRAM SECONDS < example.py     # in the bundle's folder, by the program's own Python
 
 Runs in the environment of the program: it imports nothing but the standard library and what the example imports. The
-example runs as it stands but for the count of its loop of steps (or the time that Drake advances to). Prints one line of
-JSON: the poses, the length of a step, how long was simulated, and the CPU seconds the steps took after the first.
+example runs as it stands but for the count of its loop of steps (or the time that Drake advances to). Prints a line of
+JSON after `rest: `: the poses, the length of a step, how long was simulated, and the CPU seconds of the steps after the
+first.
 """
 
 import ast
@@ -21,7 +22,7 @@ def main() -> int:
     names_of_example = {"__name__": "__main__"}
     exec(compile(before, "README.md", "exec"), names_of_example)
     told = {} if steps is None else simulated(READERS[program], steps, names_of_example, seconds, names)
-    print("\n" + json.dumps(told))
+    print("\nrest: " + json.dumps(told), flush=True)
     return 0
 
 
