@@ -36,13 +36,13 @@ use store::Digest;
 pub use plausibility::HealthSettings;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 16 };
+pub const STAGE: Stage = Stage { name: "certify", version: 17 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct FidelitySettings {
-    /// Least mean silhouette IoU of the finished scene with the reference image, 0..1; a scene below it is
+    /// Least mean silhouette IoU of the finished scene with the image of a request, 0..1; a scene below it is
     /// quarantined. More quarantines more scenes; 0 accepts whatever stands still.
     pub min_silhouette_iou: f64,
 }

@@ -20,7 +20,7 @@ use scene::certificate::{
     Appearance, BodyHealth, Certificate, Collision, Displacement, Displacements, Fidelity, MethodShare,
     Metrics, ObjectCertificate, Reason, ReasonCode, Region, Regions, RotationFinding, Thresholds, Verdict,
 };
-use scene::{InstanceId, ReconstructionMethod};
+use scene::{Input, InstanceId, ReconstructionMethod};
 use vision::image_similarity::{MismatchRegion, MismatchRegions, SceneSimilarity};
 
 /// How far a footprint may reach over the outline before the object counts as outside, meters.
@@ -354,8 +354,9 @@ fn reasons(
         let sentence = format!("{} reaches {over_mm:.0} mm over the table's edge", object.name);
         reason(ReasonCode::OverTheEdge, &[object.name.as_str()], sentence);
     }
+    // A text asks for objects and places; the program made its reference image itself.
     let lowest = inputs.fidelity.min_silhouette_iou;
-    if fidelity.silhouette_iou < lowest {
+    if matches!(inputs.identity.request.input, Input::Image { .. }) && fidelity.silhouette_iou < lowest {
         let sentence = format!(
             "the scene does not look like the picture: mean silhouette IoU {:.2}, at least {lowest:.2} is asked",
             fidelity.silhouette_iou

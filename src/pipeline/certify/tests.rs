@@ -295,6 +295,15 @@ fn image_similarity_is_reported_per_object() {
 }
 
 #[test]
+fn only_the_image_of_a_request_can_be_unlike_its_scene() {
+    let mut planted = Planted::with(|planted| planted.inputs.fidelity.min_silhouette_iou = 0.9);
+    assert!(planted.codes().is_empty());
+    let input = Input::Image { sha256: "0".into(), media_type: "image/png".into(), text: None };
+    planted.inputs.identity.request.input = input;
+    assert_eq!(planted.codes(), [ReasonCode::UnlikeImage]);
+}
+
+#[test]
 fn displacement_is_reported_by_cause() {
     let planted = Planted::with(|planted| {
         let resolved = &mut planted.inputs.composition.bodies[1].resolved;
