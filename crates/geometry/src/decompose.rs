@@ -24,6 +24,7 @@ mod field;
 mod fit;
 mod fitted_hull;
 mod merge;
+mod openings;
 mod partition;
 mod piece;
 mod plane;

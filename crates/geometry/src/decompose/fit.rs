@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use super::DecomposeError;
 use super::field::{Field, Nearby};
+use super::openings::openings;
 use crate::ConvexHull;
-use crate::convex_hull::{FlatPlanes, convex_hull, planes};
+use crate::convex_hull::{FlatPlanes, planes};
 use crate::solid_query::MeshSolid;
 use runtime::CancelFlag;
 
@@ -28,8 +29,8 @@ pub struct HullFit {
     pub mesh_from_hulls_max_m: f64,
     pub mesh_from_hulls_mean_m: f64,
     /// Share of the openings that no hull fills. Openings are points in the mesh's convex hull farther from the mesh
-    /// than a fiftieth of its size, so that cavities and handles count and creases do not. 1 if all openings stay
-    /// open, or if there is none.
+    /// than a fiftieth of its size that a ball of that radius reaches from outside: cavities and handles count, creases
+    /// and what is sealed do not. 1 if all openings stay open, or if there is none.
     pub open_share: f64,
 }
 
@@ -59,8 +60,6 @@ impl HullFit {
 /// Points on each surface, and in each hull.
 const SURFACE_POINTS: usize = 1500;
 const HULL_POINTS: usize = 48;
-/// Steps of the grid of points along the longest edge of the mesh's box; half a step is what counts as open.
-const STEPS: f64 = 24.0;
 /// Surfaces closer than this are one, meters.
 const SAME_M: f64 = 1e-6;
 
@@ -97,13 +96,13 @@ pub(super) fn fit(
 }
 
 /// Depths in the solid of points that lie close to each other.
-struct Depths<'a> {
+pub(super) struct Depths<'a> {
     field: &'a Field<'a>,
     nearby: Nearby,
 }
 
 impl Depths<'_> {
-    fn depth_m(&mut self, point: DVec3) -> f64 {
+    pub(super) fn depth_m(&mut self, point: DVec3) -> f64 {
         self.field.depth_m(point, &mut self.nearby)
     }
 
@@ -153,52 +152,14 @@ fn air_share(hulls: &[ConvexHull], depths: &mut Depths<'_>, union: &Union) -> f6
     air_m3 / f64::max(solid_m3, f64::MIN_POSITIVE)
 }
 
-/// Of a grid's points in the mesh's convex hull and farther than half a step outside the mesh, the share in no hull.
+/// Of the openings' points on a grid, the share in no hull.
 fn open_share(solid: &MeshSolid, depths: &mut Depths<'_>, union: &Union) -> Result<f64, DecomposeError> {
-    let points: Vec<DVec3> = solid.triangles().flatten().collect();
-    let wrap = planes(&convex_hull(&points, usize::MAX, 0.0).ok_or(DecomposeError::NoHull)?);
-    let (low, high) = solid.bounds();
-    let step_m = ((high - low).max_element() / STEPS).max(1e-6);
-    let size = ((high - low) / step_m).ceil().as_uvec3();
-    let (mut filled, mut open) = (0_u32, 0_u32);
-    for z in 0..size.z {
-        for y in 0..size.y {
-            let row = low + step_m * DVec3::new(0.5, f64::from(y) + 0.5, f64::from(z) + 0.5);
-            let [from_m, to_m] = within(&wrap, row);
-            // Depth changes no faster than place, so what was found for a point holds for some after it.
-            let (mut is_open, mut until_m) = (false, f64::NEG_INFINITY);
-            for x in 0..size.x {
-                let along_m = step_m * f64::from(x);
-                let p = row + along_m * DVec3::X;
-                if !(from_m..=to_m).contains(&along_m) {
-                    continue;
-                }
-                if along_m >= until_m {
-                    let beyond_m = -depths.depth_m(p) - 0.5 * step_m;
-                    (is_open, until_m) = (beyond_m > 0.0, along_m + beyond_m.abs());
-                }
-                if is_open {
-                    let is_filled = union.covers_of(p, 0.0) > 0;
-                    filled += u32::from(is_filled);
-                    open += u32::from(!is_filled);
-                }
-            }
-        }
+    let openings = openings(solid, depths)?;
+    if openings.is_empty() {
+        return Ok(1.0);
     }
-    Ok(if filled + open == 0 { 1.0 } else { f64::from(open) / f64::from(filled + open) })
-}
-
-/// From where to where the line through `point` along x lies below all planes, meters from the point.
-fn within(planes: &[(DVec3, f64)], point: DVec3) -> [f64; 2] {
-    planes.iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[from_m, to_m], (normal, offset_m)| {
-        let below_m = offset_m - normal.dot(point);
-        match normal.x {
-            x if x > 0.0 => [from_m, to_m.min(below_m / x)],
-            x if x < 0.0 => [from_m.max(below_m / x), to_m],
-            _ if below_m < 0.0 => [f64::INFINITY, f64::NEG_INFINITY],
-            _ => [from_m, to_m],
-        }
-    })
+    let open = openings.iter().filter(|&&p| union.covers_of(p, 0.0) == 0).count();
+    Ok(open as f64 / openings.len() as f64)
 }
 
 /// Hulls by the planes of their faces and their boxes.

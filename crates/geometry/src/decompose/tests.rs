@@ -150,6 +150,24 @@ fn decompose_stops_on_cancel_and_rejects_an_empty_mesh() {
 }
 
 #[test]
+fn air_under_a_lid_is_no_opening_and_a_gap_beside_the_lid_makes_it_one() {
+    let outside = [DVec2::new(0.042, 0.0), DVec2::new(0.042, 0.0165)];
+    let dish = || shell_of_revolution(&outside, 0.0015, 0.0015, 48);
+    let lid = |radius_m: f64| {
+        let profile = [(0.0, 0.016), (radius_m, 0.016), (radius_m, 0.018), (0.0, 0.018)];
+        lathe(&profile.map(|(radius, height)| DVec2::new(radius, height)), 48)
+    };
+    let open_share = |mesh: &TexturedMesh| {
+        let solid = MeshSolid::new(mesh).expect("a dish");
+        let filled = convex_hull(&mesh.positions, 64, 0.0).expect("a hull");
+        fit(&solid, &Field::new(&solid), &[filled], &CancelFlag::default()).expect("figures").open_share
+    };
+    assert_eq!(open_share(&mesh([dish(), lid(0.042)])), 1.0, "nothing gets in, so nothing is filled");
+    assert!(open_share(&mesh([dish(), lid(0.02)])) < 0.1);
+    assert!(open_share(&mesh([dish()])) < 0.1);
+}
+
+#[test]
 fn fit_is_perfect_for_a_block_and_reports_a_filled_mug() {
     let figures = |mesh: &TexturedMesh| decompose_and_fit(mesh, &settings(), &CancelFlag::default());
     let (_, perfect) = figures(&mesh([block(DVec3::splat(0.1))])).expect("a block");
