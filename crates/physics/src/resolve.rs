@@ -8,8 +8,9 @@
 //! with its supporter, supported and inside the outline, and five more seconds change nothing. Otherwise the next
 //! round starts with more clearance and nudges failed objects toward their supporter's center. Objects that came to
 //! rest over the edge (as tall objects do that fall) are kept that much farther from it, and contained objects try
-//! other places. If only space is missing at the end, a few more rounds provide more of it. An infeasible scene is an
-//! error that names the objects. Children move with their supporters; contained objects use their true shapes.
+//! other places. If only space is missing at the end, a few more rounds provide more of it, and if only contents do not
+//! hold, a few more draw other places for them. An infeasible scene is an error that names the objects. Children move
+//! with their supporters; contained objects use their true shapes.
 //!
 //! World frame, meters, radians. Deterministic. A fraction of a second for twenty objects.
 
@@ -159,16 +160,26 @@ struct Fault {
     over_edge_m: f64,
     /// Keeping more distance from the edge or from others may help.
     needs_space: bool,
+    /// Another place in its container may help.
+    needs_draw: bool,
 }
 
 impl Fault {
     fn of(body: usize, reason: String) -> Self {
-        Self { body, reason, nudge: false, over_edge_m: 0.0, needs_space: false }
+        Self { body, reason, nudge: false, over_edge_m: 0.0, needs_space: false, needs_draw: false }
+    }
+
+    /// The body is put elsewhere in the next round; in a container there are always other places.
+    fn nudged(scene: &Scene, body: usize, reason: String) -> Self {
+        Self { nudge: true, needs_draw: scene.tree.is_contained(body), ..Self::of(body, reason) }
     }
 }
 
 /// Rounds after the planned ones with more clearance, if only space is missing.
 const EXTRA_ROUNDS: usize = 3;
+
+/// Rounds after the planned ones with other draws of what is in containers, if only that is missing too.
+const EXTRA_DRAWS: usize = 4;
 
 /// Of a round, counted from 0; after the planned ones it doubles.
 fn clearance_m(settings: &ResolveSettings, round: usize) -> f64 {
@@ -212,17 +223,20 @@ pub fn resolve(
     let mut insets_m = vec![0.0; wanted.len()];
     let mut faults: Vec<Fault> = Vec::new();
     let planned_rounds = settings.clearances_m.len();
-    let mut rounds = planned_rounds;
-    for round in 0..planned_rounds + EXTRA_ROUNDS {
+    let (mut rounds, mut more_space) = (planned_rounds, 0);
+    for round in 0..planned_rounds + EXTRA_ROUNDS + EXTRA_DRAWS {
         cancel.check()?;
         if round >= planned_rounds {
-            // The remaining faults must be caused by a lack of space.
-            if !faults.iter().all(|fault| fault.needs_space) {
+            // The remaining faults must be those that more space or another draw may mend.
+            more_space += usize::from(faults.iter().any(|fault| fault.needs_space && !fault.needs_draw));
+            let draws = round + 1 - planned_rounds - more_space;
+            let is_mended = |fault: &Fault| fault.needs_space || fault.needs_draw;
+            if more_space > EXTRA_ROUNDS || draws > EXTRA_DRAWS || !faults.iter().all(is_mended) {
                 break;
             }
             rounds = round + 1;
         }
-        let clearance_m = clearance_m(settings, round);
+        let clearance_m = clearance_m(settings, round.min(planned_rounds.saturating_sub(1)) + more_space);
         for fault in faults.iter().filter(|fault| fault.nudge) {
             nudges[fault.body] += 1;
         }
@@ -288,7 +302,7 @@ fn settle_and_judge(
             .map(|body| {
                 let way_mm = 1e3 * check.movements[body].displacement_m;
                 let reason = format!("{} does not come to rest ({way_mm:.1} mm)", scene.name(body));
-                Fault { nudge: true, ..Fault::of(body, reason) }
+                Fault::nudged(scene, body, reason)
             })
             .collect();
         if moving.is_empty() {
@@ -313,20 +327,22 @@ fn find_faults(
         let (over_edge_m, _) = inside::missing(scene.problem.outline, &scene.footprint(body, poses), 0.0);
         if over_edge_m > 0.0 {
             let reason = format!("{name} reaches {:.0} mm over the table's edge", 1e3 * over_edge_m);
-            faults.push(Fault { body, reason, nudge: false, over_edge_m, needs_space: true });
+            faults.push(Fault { over_edge_m, needs_space: true, ..Fault::of(body, reason) });
         }
-        let mut fault = |reason: String, nudge: bool| faults.push(Fault { nudge, ..Fault::of(body, reason) });
         let (parent, is_contained) = (scene.tree.parent(body), scene.tree.is_contained(body));
         if is_contained {
             if !contain::reaches_in(scene, body, parent, poses) {
-                fault(format!("{name} does not stay in {}", scene.name(parent)), true);
+                let reason = format!("{name} does not stay in {}", scene.name(parent));
+                faults.push(Fault::nudged(scene, body, reason));
             }
         } else if !touches_group(scene, body, parent, poses, certify.contact_gap_m) {
-            fault(format!("{name} fell off {}", scene.name(parent)), true);
+            let reason = format!("{name} fell off {}", scene.name(parent));
+            faults.push(Fault::nudged(scene, body, reason));
         }
         let turned = angle_between_rad(&plan[body], &poses[body]);
         if !is_contained && turned > settings.fallen_rotation_rad && !last_round {
-            fault(format!("{name} turned by {:.0} degrees while settling", turned.to_degrees()), false);
+            let reason = format!("{name} turned by {:.0} degrees while settling", turned.to_degrees());
+            faults.push(Fault::of(body, reason));
         }
     }
     // What follows costs a hundred times more.
@@ -351,7 +367,7 @@ fn find_faults(
     for (&body, finding) in movable.iter().zip(&findings).filter(|(_, finding)| !finding.is_supported()) {
         let over_mm = 1e3 * (certify.support_dilation_m - finding.margin_m);
         let reason = format!("{} hangs {over_mm:.0} mm over what carries it", scene.name(body));
-        faults.push(Fault { nudge: true, ..Fault::of(body, reason) });
+        faults.push(Fault::nudged(scene, body, reason));
     }
     for pair in collisions(&solids, certify, cancel)?.colliding {
         let body = if pair.a == TABLE { pair.b } else { pair.a };
@@ -360,8 +376,10 @@ fn find_faults(
         // Gravity closes every gap in a container, so what it holds is placed elsewhere and turned instead.
         let is_inside = |&k: &usize| k != TABLE && scene.tree.is_contained(k);
         let contained = [pair.b, pair.a].into_iter().find(is_inside);
-        let (body, nudge) = (contained.unwrap_or(body), contained.is_some());
-        faults.push(Fault { nudge, needs_space: true, ..Fault::of(body, reason) });
+        faults.push(match contained {
+            Some(body) => Fault::nudged(scene, body, reason),
+            None => Fault { needs_space: true, ..Fault::of(body, reason) },
+        });
     }
     Ok(faults)
 }
