@@ -80,6 +80,7 @@ pub(super) fn size(draft: &mut Draft) -> Vec<usize> {
     }
     largest_at_the_bottom(draft);
     containers_hold_their_contents(draft);
+    carriers_show_below_what_lies_on_them(draft);
     out_of_range
 }
 
@@ -152,6 +153,46 @@ fn containers_hold_their_contents(draft: &mut Draft) {
             size.x *= (longest_m / FREE_LENGTH / size.x).clamp(1.0, MAX_GROWTH);
         }
     }
+}
+
+/// Maximum factor by which a carrier exceeds its usual size to show below what lies on it.
+const MAX_CARRIER_GROWTH: f64 = 1.8;
+
+/// Width of a carrier over that of what would cover it: the border that shows.
+const SHOWN_BORDER: f64 = 1.08;
+
+/// What is lower than this share of its width lies flat and can cover what carries it.
+const FLAT: f64 = 0.35;
+
+/// Enlarges carriers whose size the text leaves open and which what lies flat on them would cover whole (a plate below
+/// a pizza): no image shows them. Where that would take more than the maximum, the carrier stays as it is.
+fn carriers_show_below_what_lies_on_them(draft: &mut Draft) {
+    for host in 0..draft.objects.len() {
+        let attributes = &draft.objects[host].attributes;
+        let is_open = attributes.measures.is_empty() && attributes.stretches.is_empty();
+        if !is_open || !draft.category(host).affords(Affordance::Support) {
+            continue;
+        }
+        let [short_m, long_m] = footprint_m(draft.objects[host].size_m);
+        let covering =
+            |relation: &DraftRelation| relation.to == Some(host) && matches!(relation.kind, RelationKind::On);
+        let growth = draft
+            .objects
+            .iter()
+            .filter(|object| object.relations.iter().any(covering))
+            .map(|object| (footprint_m(object.size_m), object.size_m.z))
+            .filter(|&([short, long], high)| short >= short_m && long >= long_m && high < FLAT * short)
+            .map(|([short, long], _)| SHOWN_BORDER * f64::max(short / short_m, long / long_m))
+            .fold(1.0, f64::max);
+        if growth <= MAX_CARRIER_GROWTH {
+            draft.objects[host].size_m *= DVec3::new(growth, growth, 1.0);
+        }
+    }
+}
+
+/// Width and depth, the shorter first.
+fn footprint_m(size_m: DVec3) -> [f64; 2] {
+    [size_m.x.min(size_m.y), size_m.x.max(size_m.y)]
 }
 
 /// Diameter of the smallest circle that holds `count` circles of diameter 1 (Graham et al., "Dense

@@ -171,6 +171,22 @@ fn describe_keeps_mug_size_in_range_with_spoon_inside() {
 }
 
 #[test]
+fn plate_shows_below_a_pizza_and_keeps_its_size_below_an_apple_or_as_stated() {
+    let size_of = |text: &str, seed: u64, name: &str| {
+        let description = describe_seed(text, seed);
+        description.objects.iter().find(|object| object.id.as_str() == name).expect("named").size_m
+    };
+    let plate = categories().iter().find(|category| category.name == "plate").expect("known");
+    for seed in 0..20 {
+        let text = "A pizza on a plate";
+        let (below, above) = (size_of(text, seed, "plate_1"), size_of(text, seed, "pizza_1"));
+        assert!(below.x > 1.05 * above.x.max(above.y), "seed {seed}: {below} below {above}");
+        assert!(size_of("An apple on a plate", seed, "plate_1").x <= plate.size.high_m.x, "seed {seed}");
+    }
+    assert!((size_of("A pizza on a 20 cm wide plate", 1, "plate_1").x - 0.2).abs() < 1e-9);
+}
+
+#[test]
 fn every_category_is_found_by_its_own_label() {
     // Variants of a scene ask for another object of a category by its label.
     for category in categories().iter().filter(|category| category.group != "stand_in") {
