@@ -73,6 +73,11 @@ struct SampledLayout {
 
 impl SampledLayout {
     fn sample(text: &str, seed: u64) -> Self {
+        Self::sample_on_first_with_room(text, seed, &[1.0])
+    }
+
+    /// On the first table with room, of those that are so many times as wide and deep as the described one.
+    fn sample_on_first_with_room(text: &str, seed: u64, growths: &[f64]) -> Self {
         let description = described(text, seed);
         let meshes = meshes(&description.objects);
         let model: &TableModel = table_models()
@@ -80,10 +85,18 @@ impl SampledLayout {
             .find(|model| Some(model.name) == description.table.model.as_deref())
             .expect("the analyst names a model");
         let size_m = description.table.size_m.expect("the analyst gives a size");
-        let outline = build_table(model.name, size_m, None, None, 1).expect("a model").outline_m;
         let objects = objects(&description.objects, &meshes);
-        let poses = arrange(&objects, &outline, seed, &settings(), &CancelFlag::default())
-            .unwrap_or_else(|error| panic!("{text} ({seed}): {error}"));
+        let on_grown = |growth: &f64| {
+            let size_m = (growth * size_m.truncate()).extend(size_m.z);
+            let outline = build_table(model.name, size_m, None, None, 1).expect("a model").outline_m;
+            let poses = arrange(&objects, &outline, seed, &settings(), &CancelFlag::default());
+            poses.map(|poses| (outline, poses))
+        };
+        let last = growths.len() - 1;
+        let smaller = growths[..last].iter().find_map(|growth| on_grown(growth).ok());
+        let (outline, poses) = smaller.unwrap_or_else(|| {
+            on_grown(&growths[last]).unwrap_or_else(|error| panic!("{text} ({seed}): {error}"))
+        });
         Self { description, meshes, outline, poses }
     }
 
@@ -159,12 +172,12 @@ const SENTENCES: &[&str] = &[
 ];
 
 #[test]
-#[ignore = "desks are chosen by area: three deep objects in a row do not fit their depth yet"]
-fn lamp_behind_laptop_behind_keyboard_fits_on_desk() {
+fn lamp_behind_laptop_behind_keyboard_fits_on_a_desk_that_grows() {
     let text = "An office desk with a laptop, a keyboard in front of it, and a mouse to the right of the \
                 keyboard. Behind the laptop stands a lamp.";
+    // Desks are chosen by area, and three deep objects in a row want depth: the image generator grows such desks.
     for seed in 1..=3 {
-        SampledLayout::sample(text, seed).check(text);
+        SampledLayout::sample_on_first_with_room(text, seed, &[1.0, 1.15, 1.35]).check(text);
     }
 }
 
