@@ -17,6 +17,7 @@ from pathlib import Path
 import cargo_results
 import edit_sample
 import postgres
+import rest_sample
 import robot_sample
 import tools
 import words_sample
@@ -76,6 +77,8 @@ def main() -> int:
         ("sample scenes", lambda: make_sample(target)),
         ("judges' environment", finish_environment),
         ("judges", lambda: judge_sample(target, environment)),
+        ("rest in simulators", lambda: check_rest(target, environment)),
+        ("categories", lambda: check_categories(target)),
         ("edits", lambda: check_edits(target, environment)),
         ("robot and episodes", lambda: check_robot(target)),
         ("layers of USD", judge_layers_beside_kills),
@@ -276,6 +279,18 @@ def check_edits(target: Path, environment: Path) -> str:
     # Scenes of an earlier run would be taken for those of this one.
     shutil.rmtree(folder, ignore_errors=True)
     return edit_sample.check(programs / "tabletopgen-lab", programs / "tabletopgen", folder, environment)
+
+
+def check_rest(target: Path, environment: Path) -> str:
+    """A few scenes and programs of `make bars BARS=rest`."""
+    return rest_sample.check(target / "debug" / "tabletopgen", target / "rest_sample", environment)
+
+
+def check_categories(target: Path) -> str:
+    """The scenes of `make bars BARS=categories` that once were not certified."""
+    command = [sys.executable, "-m", "bars.categories", "--target-dir", target, "--part", "sample"]
+    run([*command, "--uncommitted", "--program", target / "debug" / "tabletopgen"], {"PYTHONPATH": str(ROOT / "scripts")})
+    return "certified"
 
 
 def check_robot(target: Path) -> str:
