@@ -58,6 +58,7 @@ impl FreezeError {
             Self::Store(_) | Self::File { .. } | Self::GivenUp | Self::Dataset(DatasetError::File { .. }) => {
                 None
             }
+            Self::Dataset(DatasetError::EmptySplits(message)) => Some(("empty_split", message.clone())),
             Self::Dataset(DatasetError::Request(message)) => Some(("no_dataset", message.clone())),
             Self::Dataset(error) => Some(("bundle_unusable", error.to_string())),
             Self::Request(message) => Some(("no_dataset", message.clone())),

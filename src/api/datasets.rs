@@ -42,7 +42,7 @@ pub async fn submit(State(api): State<Api>, request: Request) -> Result<Response
     let bytes = json_bytes(&api, request.into_body()).await?;
     let body: DatasetBody = parse(&bytes)?;
     let (name, request) = body.checked()?;
-    check_source(&api, &request.source).await?;
+    check_source(&api, &request).await?;
     let request = json!(request);
     let new = NewDataset {
         tenant_id: DEFAULT_TENANT.clone(),

@@ -49,10 +49,14 @@ impl BatchRecord {
 ///
 /// [`DatasetError::BatchOutput`] with the number of the malformed line.
 pub fn read(path: &Path) -> Result<Vec<BatchRecord>, DatasetError> {
-    let file = std::fs::File::open(path).map_err(DatasetError::file("open", path))?;
+    let unreadable = |error: std::io::Error| {
+        let place = path.display();
+        DatasetError::Request(format!("cannot read {place}: {error}; give the output.jsonl of a batch"))
+    };
+    let file = std::fs::File::open(path).map_err(unreadable)?;
     let mut records: BTreeMap<String, BatchRecord> = BTreeMap::new();
     for (number, line) in (1..).zip(BufReader::new(file).lines()) {
-        let line = line.map_err(DatasetError::file("read", path))?;
+        let line = line.map_err(unreadable)?;
         if line.trim().is_empty() {
             continue;
         }

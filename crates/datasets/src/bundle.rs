@@ -74,8 +74,11 @@ impl Bundle {
 
     fn of_reader(place: &Path, reader: Box<dyn ReadSeek>) -> Result<Self, DatasetError> {
         let refuse = |reason: String| DatasetError::bundle(place, reason);
-        let mut archive =
-            ZipArchive::new(reader).map_err(|error| refuse(format!("it is no ZIP archive ({error})")))?;
+        let mut archive = ZipArchive::new(reader).map_err(|_| {
+            refuse(
+                "it is no ZIP archive, or a damaged one; give a folder of a bundle, or its .zip".to_owned(),
+            )
+        })?;
         let mut indices = BTreeMap::new();
         for index in 0..archive.len() {
             let entry = archive.by_index_raw(index).map_err(|error| refuse(error.to_string()))?;

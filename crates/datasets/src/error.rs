@@ -15,6 +15,9 @@ pub enum DatasetError {
     BatchOutput { path: PathBuf, line: usize, reason: String },
     #[error("{0}")]
     Request(String),
+    /// Splits with a share above 0 would have no scene.
+    #[error("{0}")]
+    EmptySplits(String),
     #[error("the bundle {place} could not be packed: {source}")]
     Packing { place: PathBuf, source: export::ExportError },
 }

@@ -71,7 +71,7 @@ pub struct FrozenDataset {
 /// # Errors
 ///
 /// [`DatasetError`] if the request is inconsistent, a bundle is damaged, two bundles of one scene differ, no scene is
-/// selected, or the disk fails.
+/// selected, a split that was asked for is empty, or the disk fails.
 pub fn freeze(
     request: &FreezeRequest,
     notify: &mut dyn FnMut(Progress),
@@ -99,8 +99,9 @@ pub fn freeze(
         )));
     }
     let before = latest.as_ref().map(|(manifest, _)| manifest);
-    let entries = divide(&selected, request, &versions::earlier_splits(before, &request.plan));
+    let entries = divide(&selected, request, &versions::earlier_splits(before, &request.plan))?;
     let folder = home.join(format!("v{version}"));
+    check_own(&folder)?;
     std::fs::create_dir_all(&folder).map_err(DatasetError::file("create", &folder))?;
     let planned: Vec<PlannedScene> = entries
         .iter()
@@ -185,10 +186,11 @@ fn divide<'a>(
     selected: &'a [Candidate],
     request: &FreezeRequest,
     earlier: &BTreeMap<String, String>,
-) -> Vec<(SceneEntry, &'a Candidate)> {
+) -> Result<Vec<(SceneEntry, &'a Candidate)>, DatasetError> {
     let shares: Vec<Shareable> = selected.iter().map(|candidate| Shareable::of(&candidate.facts)).collect();
     let groups = splits::groups(&shares, &request.leakage_rules);
     let assigned = splits::assign(&groups, &request.plan, earlier);
+    request.plan.check_filled(&groups, &assigned)?;
     let mut of_scene: BTreeMap<&str, (String, &String)> = BTreeMap::new();
     for (group, split) in groups.iter().zip(&assigned) {
         for id in group.scenes() {
@@ -224,7 +226,17 @@ fn divide<'a>(
         .collect();
     let rank = |split: &str| request.plan.ratios.iter().position(|other| other.name == split);
     entries.sort_by(|(a, _), (b, _)| (rank(&a.split), &a.id).cmp(&(rank(&b.split), &b.id)));
-    entries
+    Ok(entries)
+}
+
+/// Refuses a folder with files that no interrupted freeze left.
+fn check_own(folder: &Path) -> Result<(), DatasetError> {
+    let is_free = !folder.exists() || folder.read_dir().is_ok_and(|mut entries| entries.next().is_none());
+    if is_free || folder.join(progress::FOLDER).is_dir() {
+        return Ok(());
+    }
+    let reason = "it has files that no freeze left; name another folder, or another number of the version";
+    Err(DatasetError::dataset(folder, reason))
 }
 
 fn splits_of(entries: &[(SceneEntry, &Candidate)]) -> Vec<String> {

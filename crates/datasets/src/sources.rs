@@ -32,7 +32,12 @@ pub fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, DatasetError> {
 }
 
 fn search(path: &Path, depth: usize, bundles: &mut Vec<PathBuf>) -> Result<(), DatasetError> {
-    let about = std::fs::metadata(path).map_err(DatasetError::file("read", path))?;
+    let about = std::fs::metadata(path).map_err(|error| {
+        let place = path.display();
+        DatasetError::Request(format!(
+            "cannot read {place}: {error}; give bundles, or folders that hold them"
+        ))
+    })?;
     if about.is_file() || path.join(manifest::PATH).is_file() {
         bundles.push(path.to_owned());
         return Ok(());
@@ -44,7 +49,9 @@ fn search(path: &Path, depth: usize, bundles: &mut Vec<PathBuf>) -> Result<(), D
     for entry in entries {
         let child = entry.map_err(DatasetError::file("list", path))?.path();
         let is_archive = child.extension().is_some_and(|extension| extension == "zip");
-        if child.is_dir() || is_archive {
+        // A folder that a command left half written when it was killed.
+        let is_partial = child.file_name().is_some_and(|name| name.to_string_lossy().contains(".partial-"));
+        if !is_partial && (child.is_dir() || is_archive) {
             search(&child, depth - 1, bundles)?;
         }
     }

@@ -16,6 +16,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::bundle::sha256;
+use crate::error::DatasetError;
 use crate::sharing::{LeakageRules, Shareable};
 
 /// Name of the assignment in `dataset.json`; a changed method has another name.
@@ -39,9 +40,10 @@ pub struct SplitRatio {
 impl FromStr for SplitPlan {
     type Err = String;
 
-    /// A list such as `train=0.8,validation=0.1,test=0.1`; the seed is 0.
+    /// A list such as `train=0.8,validation=0.1,test=0.1`, or `none` for one split `all` of all scenes; the seed is 0.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut ratios: Vec<SplitRatio> = Vec::new();
+        let text = if text.trim() == "none" { "all=1" } else { text };
         for part in text.split(',').map(str::trim) {
             let (name, ratio) = part
                 .split_once('=')
@@ -64,6 +66,31 @@ impl FromStr for SplitPlan {
             return Err(format!("the ratios must have the sum 1, and have {sum}"));
         }
         Ok(Self { ratios, seed: 0 })
+    }
+}
+
+impl SplitPlan {
+    /// Refuses an assignment that leaves a split empty whose share is above 0.
+    ///
+    /// # Errors
+    ///
+    /// [`DatasetError::EmptySplits`] with the reason, and what else could be asked for.
+    pub fn check_filled(&self, groups: &[Group], assigned: &[String]) -> Result<(), DatasetError> {
+        let is_empty = |split: &&SplitRatio| split.ratio > 0.0 && !assigned.contains(&split.name);
+        let empty: Vec<&str> = self.ratios.iter().filter(is_empty).map(|split| &*split.name).collect();
+        if empty.is_empty() {
+            return Ok(());
+        }
+        let sizes = groups.iter().map(|group| group.scenes.len());
+        let (scenes, largest) = (sizes.clone().sum::<usize>(), sizes.max().unwrap_or(0));
+        let words = if empty.len() == 1 { "the split" } else { "the splits" };
+        Err(DatasetError::EmptySplits(format!(
+            "no scene is left for {words} {}: scenes that share a description, an image, a mesh or a parent are a group, \
+             and a group is never divided (scenes: {scenes}, groups: {}, largest group: {largest}); freeze scenes of more \
+             descriptions, ask for other shares or for no splits (none, or all=1), or let splits share more (disjoint)",
+            empty.join(", "),
+            groups.len(),
+        )))
     }
 }
 

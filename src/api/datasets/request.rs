@@ -1,5 +1,7 @@
 //! The body of `POST /datasets`.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -7,15 +9,17 @@ use crate::api::Api;
 use crate::api::error::{FieldError, Problem, ProblemType};
 use crate::api::query::LabelFilter;
 use crate::freezer::{DatasetRequest, DatasetSource};
+use datasets::facts::normalized;
 use datasets::filter::Filter;
 use datasets::freeze;
-use datasets::sharing::LeakageRules;
-use datasets::splits::SplitPlan;
+use datasets::sharing::{LeakageRules, Shareable};
+use datasets::splits::{SplitPlan, assign, groups};
 use scene::job::SceneState;
-use scene::request::MAX_SEED;
+use scene::request::{Input, MAX_SEED};
 use scene::{BatchId, SceneId};
 use store::DEFAULT_TENANT;
 use store::datasets::DatasetState;
+use store::scenes::SceneRow;
 
 /// Largest shard that may be asked for, MiB: a shard is in memory at once while it is stored.
 const MAX_SHARD_MB: u64 = 256;
@@ -136,13 +140,13 @@ fn plan(splits: Option<Map<String, Value>>, seed: u64) -> Result<SplitPlan, Stri
     Ok(SplitPlan { seed, ..plan })
 }
 
-/// Refuses a source that is not there, or that can still change.
+/// Refuses a source that is not there, or that can still change, and scenes of which splits would be empty.
 ///
 /// # Errors
 ///
 /// A [`Problem`] that names it.
-pub(super) async fn check_source(api: &Api, source: &DatasetSource) -> Result<(), Problem> {
-    match source {
+pub(super) async fn check_source(api: &Api, request: &DatasetRequest) -> Result<(), Problem> {
+    match &request.source {
         DatasetSource::Batch(id) => {
             let Some(batch) = api.store.batch(&DEFAULT_TENANT, id).await? else {
                 return Err(Problem::invalid(vec![FieldError::new("/batch", "there is no such batch")]));
@@ -153,18 +157,50 @@ pub(super) async fn check_source(api: &Api, source: &DatasetSource) -> Result<()
             }
         }
         DatasetSource::Scenes(ids) => {
-            let mut errors = Vec::new();
+            let (mut errors, mut found) = (Vec::new(), Vec::new());
             for (index, id) in ids.iter().enumerate() {
                 let scene = api.store.scene(&DEFAULT_TENANT, id).await?;
-                if scene.is_none_or(|scene| scene.state == SceneState::Deleted) {
-                    errors.push(FieldError::new(format!("/scenes/{index}"), "there is no such scene"));
+                match scene.filter(|scene| scene.state != SceneState::Deleted) {
+                    Some(scene) => found.push(shareable(&scene)),
+                    None => {
+                        errors.push(FieldError::new(format!("/scenes/{index}"), "there is no such scene"))
+                    }
                 }
             }
             if !errors.is_empty() {
                 return Err(Problem::invalid(errors));
             }
+            check_splits(&found, request)?;
         }
         DatasetSource::Label { .. } => {}
     }
     Ok(())
+}
+
+/// What a scene shares with others, as far as its row tells: its parent and its text.
+fn shareable(scene: &SceneRow) -> Shareable {
+    let input = scene.request.get("input").and_then(|input| Input::deserialize(input).ok());
+    let text = input.as_ref().and_then(Input::text).map(normalized).filter(|text| !text.is_empty());
+    Shareable {
+        id: scene.id.to_string(),
+        parent: scene.parent_id.as_ref().map(ToString::to_string),
+        text_sha256: text,
+        image_sha256: None,
+        mesh_sha256: Vec::new(),
+    }
+}
+
+/// Refuses scenes that form fewer groups than there are splits. Images and meshes may join groups, so the freezer decides
+/// the rest.
+fn check_splits(scenes: &[Shareable], request: &DatasetRequest) -> Result<(), Problem> {
+    let groups = groups(scenes, &request.disjoint);
+    let wanted = request.splits.ratios.iter().filter(|split| split.ratio > 0.0).count();
+    if groups.len() >= wanted {
+        return Ok(());
+    }
+    let assigned = assign(&groups, &request.splits, &BTreeMap::new());
+    request
+        .splits
+        .check_filled(&groups, &assigned)
+        .map_err(|error| Problem::invalid(vec![FieldError::new("/splits", error.to_string())]))
 }

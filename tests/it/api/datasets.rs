@@ -125,6 +125,25 @@ async fn the_scenes_of_a_batch_become_a_version() {
 }
 
 #[tokio::test]
+async fn splits_that_would_be_empty_are_refused() {
+    let server = server().await;
+    made(&server, &TEXTS[..2]).await;
+    let scenes = server.get("/scenes?state=ready").await.json();
+    let ids: Vec<&Value> = scenes["scenes"].as_array().unwrap().iter().map(|scene| &scene["id"]).collect();
+    // Two scenes never fill three splits, which the request shows.
+    let refused = submit(&server, json!({ "name": "mugs", "scenes": ids })).await;
+    assert_eq!(refused.status, 422, "{refused:?}");
+    let error = &refused.json()["errors"][0];
+    assert_eq!(error["pointer"], "/splits");
+    assert!(error["detail"].as_str().unwrap().contains("scenes: 2, groups: 2"), "{error}");
+    // A label does not show it; the freeze fails, for the same reason.
+    let failed = frozen(&server, json!({ "name": "mugs", "label": "set:a1" })).await;
+    assert_eq!((&failed["state"], &failed["failure"]["code"]), (&json!("failed"), &json!("empty_split")));
+    let message = failed["failure"]["message"].as_str().unwrap();
+    assert!(message.contains("scenes: 2, groups: 2") && message.contains("all=1"), "{message}");
+}
+
+#[tokio::test]
 async fn labels_and_ids_name_scenes() {
     let server = server().await;
     made(&server, &TEXTS).await;
@@ -298,14 +317,14 @@ async fn bundles_that_are_no_scenes_fail_the_dataset_and_keys_make_one() {
     let server = Server::start(&Script::new(&[])).await;
     let (scene, job) = server.submit("a mug").await;
     server.job_is(&job, "succeeded").await;
-    let body = json!({ "name": "mugs", "scenes": [scene] });
+    let body = json!({ "name": "mugs", "scenes": [scene], "splits": { "all": 1 } });
     let send = async |body: &Value| {
         let headers = [("content-type", "application/json"), ("idempotency-key", "k1")];
         server.call(Method::POST, "/datasets", &headers, body.to_string()).await
     };
     let first = send(&body).await.json();
     assert_eq!(send(&body).await.json()["id"], first["id"]);
-    let other = json!({ "name": "jugs", "scenes": [scene] });
+    let other = json!({ "name": "jugs", "scenes": [scene], "splits": { "all": 1 } });
     assert_eq!(send(&other).await.problem(), (422, "idempotency_key_reused".into()));
     let path = format!("/datasets/{}", first["id"].as_str().unwrap());
     let failed = until(&server, &path, |dataset| dataset["state"] == "failed").await;

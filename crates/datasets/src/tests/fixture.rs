@@ -224,6 +224,11 @@ impl Place {
         }
     }
 
+    /// The same without splits, which few scenes cannot fill.
+    pub fn undivided(&self, out: &str) -> FreezeRequest {
+        FreezeRequest { plan: "none".parse().expect("a plan"), ..self.request(out) }
+    }
+
     pub fn freeze(&self, out: &str) -> FrozenDataset {
         freeze(&self.request(out), &mut |_| {}).expect("a dataset")
     }

@@ -121,6 +121,43 @@ fn scenes_may_be_archives_of_their_own() {
 }
 
 #[test]
+fn splits_that_would_be_empty_are_refused_before_anything_is_written() {
+    let place = Place::new();
+    // Scenes of one text are one group: three groups of twenty.
+    for k in 0..60 {
+        let spec = SceneSpec::of_text(&format!("scene{k:02}"), &format!("A mug, number {}", k % 3));
+        spec.write_archive(&place.path("bundles"));
+    }
+    let with_plan = |text: &str| {
+        let plan = text.parse().expect("a plan");
+        freeze(&FreezeRequest { plan, ..place.request("a") }, &mut |_| {})
+    };
+    let refused =
+        with_plan("train=0.8,validation=0.1,test=0.1,spare=0").expect_err("two splits would be empty");
+    assert!(matches!(refused, DatasetError::EmptySplits(_)), "{refused}");
+    let message = refused.to_string();
+    for part in ["for the splits validation, test:", "scenes: 60, groups: 3, largest group: 20", "all=1"] {
+        assert!(message.contains(part), "{message}");
+    }
+    assert!(!place.path("a/mugs/v1").exists());
+    let counts = with_plan("train=0.4,validation=0.3,test=0.3").expect("a dataset").manifest.counts;
+    assert!(counts.splits.values().all(|scenes| *scenes == 20), "{counts:?}");
+    let whole = with_plan("none").expect("a dataset").manifest;
+    assert_eq!(whole.counts.splits, [("all".to_owned(), 60)].into());
+}
+
+#[test]
+fn files_of_others_in_the_folder_of_a_version_stay() {
+    let place = Place::with_scenes();
+    let own = place.path("a/mugs/v1/scenes/notes.txt");
+    fs::create_dir_all(own.parent().expect("a folder")).expect("made");
+    fs::write(&own, "years of work").expect("written");
+    let refused =
+        freeze(&place.request("a"), &mut |_| {}).expect_err("the folder is not its own").to_string();
+    assert!(refused.contains("no freeze left") && own.exists(), "{refused}");
+}
+
+#[test]
 fn damaged_bundles_are_refused_by_name() {
     let place = Place::new();
     let folder = SceneSpec::of_text("a", "A mug").write_folder(&place.path("bundles"));
@@ -129,11 +166,11 @@ fn damaged_bundles_are_refused_by_name() {
     for (path, named) in cases {
         let whole = fs::read(folder.join(path)).expect("a file");
         fs::write(folder.join(path), [whole.as_slice(), b" "].concat()).expect("a file");
-        let error = freeze(&place.request("a"), &mut |_| {}).expect_err(path).to_string();
+        let error = freeze(&place.undivided("a"), &mut |_| {}).expect_err(path).to_string();
         assert!(error.contains(named), "{error}");
         fs::write(folder.join(path), whole).expect("a file");
     }
-    place.freeze("a");
+    freeze(&place.undivided("a"), &mut |_| {}).expect("a dataset");
 }
 
 #[test]

@@ -81,7 +81,7 @@ fn filters_select_by_certificate_and_content() {
     }
     let frozen = |filter: &str| {
         let out = place.path(&format!("out-{filter}"));
-        let request = FreezeRequest { filter: filter.parse().expect("a filter"), out, ..place.request("") };
+        let request = FreezeRequest { filter: filter.parse().expect("a filter"), out, ..place.undivided("") };
         let mut manifest = freeze(&request, &mut |_| {}).expect("a dataset").manifest;
         manifest.scenes.sort_by(|a, b| a.id.cmp(&b.id));
         let ids: Vec<String> = manifest.scenes.iter().map(|scene| scene.id.clone()).collect();
@@ -133,7 +133,7 @@ fn the_output_of_a_batch_names_bundles_labels_and_failures() {
         sources: Vec::new(),
         batch_output: Some(output.clone()),
         filter: "label.room=k".parse().expect("a filter"),
-        ..place.request("out")
+        ..place.undivided("out")
     };
     let manifest = freeze(&request, &mut |_| {}).expect("a dataset").manifest;
     let ids: Vec<Option<&str>> = manifest.scenes.iter().map(|scene| scene.custom_id.as_deref()).collect();
@@ -156,7 +156,7 @@ fn records_find_their_bundles_by_place_where_they_name_scenes_of_a_store() {
     });
     let output = batch.join("output.jsonl");
     fs::write(&output, record.to_string()).expect("a file");
-    let request = FreezeRequest { sources: Vec::new(), batch_output: Some(output), ..place.request("out") };
+    let request = FreezeRequest { sources: Vec::new(), batch_output: Some(output), ..place.undivided("out") };
     let manifest = freeze(&request, &mut |_| {}).expect("a dataset").manifest;
     assert_eq!(manifest.scenes[0].custom_id.as_deref(), Some("x-1"));
     assert!(manifest.selection.without_bundle.is_empty());
@@ -168,8 +168,8 @@ fn copies_count_once_and_different_bundles_of_one_scene_are_refused() {
     let bundles = place.path("bundles");
     SceneSpec::of_text("aaa", "1").write_folder(&bundles);
     SceneSpec::of_text("aaa", "1").write_folder(&bundles.join("copy"));
-    assert_eq!(place.freeze("out").manifest.selection.copies, 1);
+    assert_eq!(freeze(&place.undivided("out"), &mut |_| {}).expect("a dataset").manifest.selection.copies, 1);
     SceneSpec::of_text("aaa", "another text").write_folder(&bundles.join("copy"));
-    let error = freeze(&place.request("out"), &mut |_| {}).expect_err("a conflict").to_string();
+    let error = freeze(&place.undivided("out"), &mut |_| {}).expect_err("a conflict").to_string();
     assert!(error.contains("different bundles of the scene aaa"), "{error}");
 }
