@@ -11,7 +11,7 @@ image=$(CDPATH= cd -- "$(dirname -- "$0")/.." && pwd)/docs/demo_table.png
 generate() {
     name=$1
     shift
-    if ! "$binary" generate "$@" --seed 7 --out "$out/$name"; then
+    if ! "$binary" generate "$@" --seed 7 --out "$out/$name" --force; then
         echo "the demo did not finish: no scene came of the $name; see above" >&2
         exit 1
     fi

@@ -11,8 +11,8 @@ from server import Problem
 
 def unpack(archive: Path, folder: Path) -> Path:
     """Writes the bundle's files to `folder`, without the archive's one top folder; replaces an old bundle."""
-    if folder.exists() and not (folder / "manifest.json").is_file() and any(folder.iterdir()):
-        raise Problem(f"{folder} exists and is no bundle of an earlier run; move it away")
+    if foreign := files_of_others(folder):
+        raise Problem(f"{folder} holds {foreign[0]}, which is no file of a bundle of an earlier run; move it away")
     fresh = folder.with_name(folder.name + ".part")
     shutil.rmtree(fresh, ignore_errors=True)
     with zipfile.ZipFile(archive) as bundle:
@@ -30,6 +30,19 @@ def unpack(archive: Path, folder: Path) -> Path:
         shutil.rmtree(folder)
     fresh.rename(folder)
     return folder
+
+
+def files_of_others(folder: Path) -> list:
+    """Files in a folder that the manifest of a bundle there does not list; all where there is no bundle."""
+    if not folder.exists():
+        return []
+    try:
+        manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+        listed = {"manifest.json", *(file["path"] for file in manifest["files"])}
+    except (OSError, ValueError, KeyError, TypeError):
+        listed = set()
+    found = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir())
+    return sorted(path for path in found if path not in listed)
 
 
 def percent(fraction) -> str:

@@ -5,11 +5,13 @@
 
 pub mod exit;
 pub mod options;
+pub mod number;
 pub mod terminal;
 pub mod signals;
 pub mod local_job;
 pub mod generate;
 pub mod bundle_input;
+pub mod input_file;
 pub mod edit;
 pub mod variants;
 pub mod tasks;
@@ -21,7 +23,7 @@ pub mod diff;
 pub mod batch;
 pub mod parse;
 pub mod progress;
-pub mod output_dir;
+pub mod output;
 pub mod scene_summary;
 pub mod certificate;
 pub mod text_account;

@@ -113,6 +113,7 @@ class Bench:
             return json.loads(path.read_text(encoding="utf-8"))
         bundle, out = scene(), self.folder / "out" / f"tasks_{name}"
         self.expect_time()
+        shutil.rmtree(out, ignore_errors=True)
         asked = ["tasks", "--bundle", bundle, "--count", count, "--seed", seed, "--rehearse", "--out", out, "--json"]
         found = json.loads(self.call(asked, (0,)).stdout)["proposed"]
         if found:
@@ -134,10 +135,12 @@ class Bench:
             raise Problem("the readers of its files are not here")
         bundle, out = scene(), self.folder / "out" / name
         self.expect_time()
-        out.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(out, ignore_errors=True)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        # An execution is not written into a folder that holds its task.
+        source = out.with_name(f"{out.name}.json") if isinstance(task, dict) else task
         if isinstance(task, dict):
-            (out / "given.json").write_text(json.dumps(task), encoding="utf-8")
-        source = out / "given.json" if isinstance(task, dict) else task
+            source.write_text(json.dumps(task), encoding="utf-8")
         asked = ["execute", "--bundle", bundle, "--task", source, "--robot", robot, "--seed", seed, "--out", out]
         ran = self.call([*asked, "--json", *(["--video"] if is_read else [])], None)
         record = {"cpu_s": ran.cpu_s, **self.outcome(ran)}
@@ -146,7 +149,8 @@ class Bench:
                 record["replay"] = self.replayed(bundle, out)
             if is_read:
                 record["files"] = self.read(out)
-        shutil.rmtree(out)
+        # A task that was refused has no folder.
+        shutil.rmtree(out, ignore_errors=True)
         keep(path, record)
         return record
 

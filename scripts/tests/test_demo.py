@@ -1,15 +1,21 @@
 """`make demo` on Python 3.9, and without a Python."""
 
 import ast
+import json
 import re
 import sys
+import tempfile
 import unittest
+import zipfile
+from pathlib import Path
 
 from place import SCRIPTS, Place
 
 sys.path.insert(0, str(SCRIPTS))
 
 import demo  # noqa: E402
+from server import Problem  # noqa: E402
+from unpacking import unpack  # noqa: E402
 
 # A stand-in for the program that tells what it was asked for.
 TELLS = '#!/bin/sh\nfor word in "$@"; do echo "<$word>"; done\n'
@@ -33,6 +39,24 @@ class OldPython(unittest.TestCase):
         self.assertEqual(seen, {"demo.py", "server.py", "unpacking.py"})
 
 
+class Unpacking(unittest.TestCase):
+    def test_an_earlier_bundle_is_replaced_and_files_of_others_are_not(self):
+        with tempfile.TemporaryDirectory() as home:
+            archive, folder = Path(home) / "scene.zip", Path(home) / "scene"
+            manifest = json.dumps({"files": [{"path": "scene.json"}]})
+            with zipfile.ZipFile(archive, "w") as bundle:
+                bundle.writestr("scene-1/manifest.json", manifest)
+                bundle.writestr("scene-1/scene.json", "{}")
+            for _ in range(2):
+                unpack(archive, folder)
+            self.assertEqual(sorted(path.name for path in folder.iterdir()), ["manifest.json", "scene.json"])
+            (folder / "notes.txt").write_text("mine", encoding="utf-8")
+            with self.assertRaises(Problem) as refused:
+                unpack(archive, folder)
+            self.assertIn("notes.txt", str(refused.exception))
+            self.assertEqual((folder / "notes.txt").read_text(encoding="utf-8"), "mine")
+
+
 class WithoutPython(unittest.TestCase):
     def setUp(self):
         self.place = self.enterContext(Place())
@@ -45,7 +69,8 @@ class WithoutPython(unittest.TestCase):
         image = SCRIPTS.parent / "docs/demo_table.png"
         wanted = [["--text", demo.TEXT, "sentence"], ["--image", str(image), "image"]]
         for (option, value, name), told in zip(wanted, asked):
-            self.assertEqual(told.split("\n")[:-1], [f"<{w}>" for w in (option, value, "--seed", "7", "--out", f"away/{name}")])
+            expected = (option, value, "--seed", "7", "--out", f"away/{name}", "--force")
+            self.assertEqual(told.split("\n")[:-1], [f"<{w}>" for w in expected])
         self.assertEqual(len(asked), 2)
         self.assertTrue(image.is_file())
         self.assertIn("look at away/sentence/preview and away/image/preview", words)

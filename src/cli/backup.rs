@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::options::ConfigOptions;
+use super::output::{Kind, Output};
 use super::{Exit, Failure, runtime, terminal};
 use store::backup::BackupReport;
 use store::{StoreError, backup};
@@ -26,6 +27,7 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
     let Arguments { target, data_dir, .. } = &arguments;
+    Output::check(target, Kind::Backup, false, &[data_dir])?;
     let report =
         runtime()?.block_on(backup::backup(data_dir, target, &resolved.config.store)).map_err(failed)?;
     terminal::print(&format!(

@@ -26,8 +26,9 @@ use clap::Args;
 use tokio_util::sync::CancellationToken;
 
 use super::options::ConfigOptions;
+use super::output::{Kind, Output};
 use super::scene_summary;
-use super::{Exit, Failure, block_on, signals, terminal};
+use super::{Exit, Failure, block_on, number, signals, terminal};
 use crate::app::config::{Origin, Resolved, is_open_to_requests};
 use crate::app::{self, logging};
 use crate::worker::BuildScene;
@@ -54,21 +55,24 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Scenes worked on at the same time [default: worker.concurrency, 2]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<usize>(1..=u64::MAX))]
     workers: Option<usize>,
     /// Keep finished stages in this data directory [default: DIR/.tabletopgen]
     #[arg(long, value_name = "DIR")]
     data_dir: Option<PathBuf>,
     /// The most that the remote calls of all requests may cost together, US dollars [default: no limit but that of
     /// each request]
-    #[arg(long, value_name = "USD")]
+    #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = number::us_dollars)]
     budget: Option<f64>,
     /// Begin requests again that failed or were cancelled in an earlier run
     #[arg(long)]
     retry_failed: bool,
     /// Take the first N requests of the file only
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<usize>(1..=u64::MAX))]
     limit: Option<usize>,
+    /// Replace bundles of requests that have the same name and were changed since
+    #[arg(long)]
+    force: bool,
     /// Write bundles as DIR/CUSTOM_ID.zip instead of folders
     #[arg(long)]
     zip: bool,
@@ -99,33 +103,18 @@ fn batch(mut arguments: Arguments) -> Result<Exit, Failure> {
     logging::start(&resolved.config.log);
     let budget = arguments.budget.map(money::checked).transpose()?;
     let source = Source::open(&arguments.file, arguments.limit, own.into_iter().collect())?;
+    // The folder is empty, missing, or that of an earlier run.
+    Output::check(&arguments.out, Kind::Batch, false, &[&arguments.file])?;
     let build = app::pipeline::build_pipeline(&resolved)?;
-    prepare(&arguments.out)?;
+    std::fs::create_dir_all(&arguments.out).map_err(|error| {
+        Failure::new(Exit::Error, format!("cannot make the folder {}: {error}", arguments.out.display()))
+    })?;
     let data_dir = arguments.data_dir.clone().unwrap_or_else(|| arguments.out.join(DATA_DIR));
     block_on(async {
         let stop = signals::stop_on_signal(
             "stopping: running stages finish, and the next run goes on after them; again to stop at once",
         )?;
         work(&arguments, &resolved, &source, build, budget, &data_dir, stop).await
-    })
-}
-
-/// The folder of the batch: empty, missing, or that of an earlier run.
-fn prepare(out: &Path) -> Result<(), Failure> {
-    if out.exists() && !out.is_dir() {
-        return Err(Failure::usage(format!("--out {} is a file; name a folder", out.display())));
-    }
-    let is_ours = records::NAMES.iter().chain(&[DATA_DIR]).any(|name| out.join(name).exists());
-    let is_empty = !out.exists() || out.read_dir().is_ok_and(|mut entries| entries.next().is_none());
-    if !is_ours && !is_empty {
-        return Err(Failure::usage(format!(
-            "--out {} is not empty and holds no batch; name another folder",
-            out.display()
-        )));
-    }
-    std::fs::create_dir_all(out).map_err(|error| {
-        let advice = "name another folder with --out";
-        Failure::new(Exit::Error, format!("cannot write into {}: {error}; {advice}", out.display()))
     })
 }
 
@@ -141,7 +130,7 @@ async fn work(
     let config = &resolved.config;
     let store = app::open(data_dir, config).await?;
     let checker = Checker::new(resolved, source.folder());
-    let bundles = Bundles::new(&arguments.out, arguments.zip)?;
+    let bundles = Bundles::new(&arguments.out, arguments.zip, arguments.force)?;
     let mut records = Records::begin(&arguments.out)?;
     let mut money = money::Money::new(config, budget);
     let report = Report::new(arguments.json);

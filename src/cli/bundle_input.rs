@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 
 use zip::ZipArchive;
 
-use super::{Exit, Failure};
+use super::{Exit, Failure, input_file};
 use export::manifest::{self, ManifestEntry};
 use export::{BundleFile, zip_bundle};
 use scene::Scene;
@@ -27,16 +27,22 @@ impl BundleInput {
     ///
     /// A [`Failure`] of kind usage where there is no bundle.
     pub fn open(path: &Path) -> Result<Self, Failure> {
-        let no_bundle = |why: String| Failure::usage(format!("{} is no bundle: {why}", path.display()));
-        let about = std::fs::metadata(path)
-            .map_err(|error| Failure::usage(format!("cannot read the bundle {}: {error}", path.display())))?;
+        const ADVICE: &str = "give the folder of a bundle, which has a manifest.json, or its .zip";
+        let no_bundle =
+            |why: String| Failure::usage(format!("{} is no bundle: {why}; {ADVICE}", path.display()));
+        let unreadable = |error: std::io::Error| input_file::unreadable(path, "the bundle", &error, ADVICE);
+        let about = std::fs::metadata(path).map_err(unreadable)?;
         let archive = match about.is_dir() {
             true => None,
-            false => Some(std::fs::read(path).map_err(|error| no_bundle(error.to_string()))?),
+            false => Some(std::fs::read(path).map_err(unreadable)?),
         };
         let manifest_bytes = match &archive {
-            Some(archive) => entry(archive, manifest::PATH).map_err(|error| no_bundle(error.to_string()))?,
-            None => std::fs::read(path.join(manifest::PATH)).ok(),
+            Some(archive) => entry(archive, manifest::PATH)
+                .map_err(|_| no_bundle("the file is no zip archive, or a damaged one".to_owned()))?,
+            None => match std::fs::read(path.join(manifest::PATH)) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(unreadable(error)),
+                read => read.ok(),
+            },
         };
         let Some(manifest_bytes) = manifest_bytes else {
             return Err(no_bundle(format!("it has no {}", manifest::PATH)));

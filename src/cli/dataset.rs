@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
 
-use super::{Exit, Failure, terminal};
+use super::output::{self, file};
+use super::{Exit, Failure, number, terminal};
 use datasets::dataset_manifest::{self, Layout};
 use datasets::filter::Filter;
 use datasets::freeze::{FreezeRequest, FrozenDataset, Progress, freeze};
@@ -47,11 +48,11 @@ struct FreezeArguments {
     /// label.NAME=VALUE
     #[arg(long, value_name = "KEY=VALUE,...", default_value = "verdict=pass")]
     filter: Filter,
-    /// Names and ratios of the splits
+    /// Names and ratios of the splits, or none; a split with a ratio above 0 that would be empty is refused
     #[arg(long, value_name = "NAME=RATIO,...", default_value = "train=0.8,validation=0.1,test=0.1")]
     split: SplitPlan,
     /// Seed of the assignment to splits
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = number::seed)]
     seed: u64,
     /// What scenes of different splits must not share: lineage, text, image, mesh; or none
     #[arg(long, value_name = "KIND,...", default_value = "lineage,text,image,mesh")]
@@ -60,13 +61,13 @@ struct FreezeArguments {
     #[arg(long, value_enum, default_value_t = LayoutName::Shards)]
     layout: LayoutName,
     /// Largest size of a shard, MiB
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    #[arg(long, value_name = "N", default_value_t = 256, allow_negative_numbers = true, value_parser = number::whole::<u64>(1..=1 << 20))]
     shard_mb: u64,
     /// Largest number of scenes in a shard [default: no bound]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=u64::from(u32::MAX)))]
     shard_scenes: Option<u32>,
     /// Number of the version [default: the next one, or the last if nothing changed]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=u64::from(u32::MAX)))]
     number: Option<u32>,
     /// Folder for NAME/vNUMBER/
     #[arg(long, value_name = "DIR")]
@@ -99,6 +100,9 @@ struct StatsArguments {
     /// Also write the page with plots
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Replace the file of --html
+    #[arg(long, requires = "html")]
+    force: bool,
 }
 
 /// Runs the subcommand.
@@ -118,6 +122,7 @@ fn run_freeze(arguments: FreezeArguments) -> Result<Exit, Failure> {
             max_scenes: arguments.shard_scenes.map(|count| count as usize),
         },
     };
+    output::check_parent(&arguments.out.join(&arguments.name))?;
     let request = FreezeRequest {
         name: arguments.name,
         version: arguments.number,
@@ -239,6 +244,10 @@ fn run_verify(arguments: &ReadArguments) -> Result<Exit, Failure> {
 }
 
 fn run_stats(arguments: &StatsArguments) -> Result<Exit, Failure> {
+    if let Some(path) = &arguments.html {
+        let version = version_folder(&arguments.read.dir)?;
+        file::check(path, "--html", arguments.force, &[&version])?;
+    }
     let verification = read(&arguments.read)?;
     if let Some(fault) = verification.faults.first() {
         let message = format!("the dataset is damaged ({fault}); see dataset verify");
@@ -247,9 +256,7 @@ fn run_stats(arguments: &StatsArguments) -> Result<Exit, Failure> {
     let statistics = verification.statistics();
     let title = format!("{} v{}", verification.manifest.name, verification.manifest.version);
     if let Some(path) = &arguments.html {
-        std::fs::write(path, page::write(&title, &statistics)).map_err(|error| {
-            Failure::new(Exit::Error, format!("cannot write the page {}: {error}", path.display()))
-        })?;
+        file::write(path, page::write(&title, &statistics).as_bytes(), arguments.force)?;
     }
     match arguments.read.json {
         true => terminal::print(&statistics.json()),

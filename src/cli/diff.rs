@@ -12,6 +12,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::bundle_input::BundleInput;
+use super::output::file;
 use super::{Exit, Failure, terminal};
 use compare::{Appearance, SceneContents, compare};
 use imaging::Image;
@@ -34,6 +35,9 @@ pub struct Arguments {
     /// Write both top views and the difference of their pixels as one PNG
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
+    /// Replace the file of --image
+    #[arg(long, requires = "image")]
+    force: bool,
 }
 
 /// Prints the differences. Any failure has the exit code 2, since 1 says that the scenes differ.
@@ -42,13 +46,15 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 }
 
 fn diff(arguments: &Arguments) -> Result<Exit, Failure> {
+    if let Some(path) = &arguments.image {
+        file::check(path, "--image", arguments.force, &[&arguments.before, &arguments.after])?;
+    }
     let (before, after) = (BundleInput::open(&arguments.before)?, BundleInput::open(&arguments.after)?);
     let [old, new] = [contents(&before, &after)?, contents(&after, &before)?];
     let difference = compare(&old, &new);
     if let Some(path) = &arguments.image {
         let image = pixels::comparison(&top_view(&before)?, &top_view(&after)?);
-        std::fs::write(path, encode_png(&image))
-            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))?;
+        file::write(path, &encode_png(&image), arguments.force)?;
     }
     if arguments.json {
         let mut document = json!({ "equal": difference.is_empty(), "a": old.scene.id, "b": new.scene.id });

@@ -1,7 +1,7 @@
 //! `edit`: a new scene from a bundle, by operations or by an instruction in words, by the server's code path.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args};
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::bundle_input::BundleInput;
 use super::generate::refused;
 use super::local_job::{JobConfig, JobOptions};
-use super::{Exit, Failure, certificate, scene_summary, terminal};
+use super::{Exit, Failure, certificate, input_file, scene_summary, terminal};
 use crate::api::edits::{self, EditBody, EditOptions};
 use crate::api::parent::ParentBundle;
 use crate::api::submission::Submission;
@@ -70,8 +70,9 @@ fn edit(mut arguments: Arguments) -> Result<Exit, Failure> {
     if arguments.dry_run {
         return predict(&resolved, &submission, &archive);
     }
+    let place = arguments.job.place(&inputs(&arguments))?;
     let submission = Submission { bundle: Some(archive.into()), ..submission };
-    let made = arguments.job.run(&resolved, submission)?;
+    let made = arguments.job.run(&resolved, submission, place)?;
     match arguments.job.json {
         true => terminal::print(&format!("{:#}\n", made.outcome.document(made.total_ms))),
         false => {
@@ -81,6 +82,12 @@ fn edit(mut arguments: Arguments) -> Result<Exit, Failure> {
         }
     }
     Ok(made.exit())
+}
+
+/// The bundle, and the file of the operations.
+fn inputs(arguments: &Arguments) -> Vec<&Path> {
+    let file = arguments.operations.as_deref().filter(|given| !is_json(given)).map(Path::new);
+    std::iter::once(&*arguments.bundle).chain(file).collect()
 }
 
 /// Prints the answer of `POST /scenes/{id}/edits?validate_only=true`.
@@ -110,17 +117,15 @@ pub(super) fn lines(account: &EditAccount) -> String {
     text
 }
 
+const ADVICE: &str = "give a list of operations such as [{\"op\": \"tidy\"}], or a file of it";
+
 /// The items of a list of operations, or of `operations` in an object, as JSON or in a file.
 fn read_operations(argument: &str) -> Result<Vec<Value>, Failure> {
     let wrong = |why: String| Failure::usage(format!("--operations: {why}"));
-    let is_json = argument.trim_start().starts_with(['[', '{']);
-    let text = match is_json {
-        true => argument.to_owned(),
-        false => std::fs::read_to_string(argument)
-            .map_err(|error| wrong(format!("cannot read the file {argument}: {error}")))?,
+    let document: Value = match is_json(argument) {
+        true => serde_json::from_str(argument).map_err(|error| wrong(format!("is no JSON: {error}")))?,
+        false => input_file::json(Path::new(argument), "the operations", ADVICE)?,
     };
-    let document: Value =
-        serde_json::from_str(&text).map_err(|error| wrong(format!("is no JSON: {error}")))?;
     let items = match document {
         Value::Array(items) => Some(items),
         Value::Object(mut fields) if fields.len() == 1 => match fields.remove("operations") {
@@ -129,7 +134,12 @@ fn read_operations(argument: &str) -> Result<Vec<Value>, Failure> {
         },
         _ => None,
     };
-    items.ok_or_else(|| wrong("must be a list of operations such as [{\"op\": \"tidy\"}]".to_owned()))
+    items.ok_or_else(|| wrong(format!("{argument} is no list of operations; {ADVICE}")))
+}
+
+/// Whether an argument is a document and no name of a file.
+fn is_json(argument: &str) -> bool {
+    argument.trim_start().starts_with(['[', '{'])
 }
 
 #[cfg(test)]
@@ -165,10 +175,10 @@ mod tests {
         }
         for (argument, reason) in [
             ("[{\"op\": \"tidy\"", "is no JSON"),
-            ("missing.json", "cannot read the file missing.json"),
-            ("{}", "must be a list"),
-            ("{\"operations\": 5}", "must be a list"),
-            ("{\"operations\": [], \"seed\": 5}", "must be a list"),
+            ("missing.json", "cannot read the operations missing.json: there is no such file; give a list"),
+            ("{}", "is no list of operations"),
+            ("{\"operations\": 5}", "is no list of operations"),
+            ("{\"operations\": [], \"seed\": 5}", "is no list of operations"),
         ] {
             let failure = read_operations(argument).expect_err(argument);
             assert!(failure.message.contains(reason), "{argument}: {failure}");

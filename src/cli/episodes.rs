@@ -12,14 +12,14 @@ use super::bundle_input::BundleInput;
 use super::execute::source;
 use super::generate::refused;
 use super::options::ConfigOptions;
-use super::{Exit, Failure, runtime, scene_summary, signals, terminal};
-use crate::app::episodes::order::{FORMATS, MAX_POINTS, format_named};
+use super::output::check_apart;
+use super::{Exit, Failure, input_file, number, runtime, scene_summary, signals, terminal};
+use crate::app::episodes::order::{FORMATS, MAX_COUNT, MAX_FPS, MAX_POINTS, format_named};
 use crate::app::episodes::recorder::{Amount, RecordError, Recorded, Tally, record};
 use crate::app::episodes::{Cameras, EpisodesOrder, card, setup};
 use demonstrations::randomization::AXES;
 use demonstrations::{CameraSpec, Randomization};
 use episodes::format::Format;
-use scene::request::MAX_SEED;
 
 /// Time between two lines of progress.
 const PROGRESS_EVERY: Duration = Duration::from_secs(5);
@@ -41,14 +41,15 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", default_value = "panda")]
     robot: String,
     /// How many episodes that succeed
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<u64>(1..=MAX_COUNT))]
     count: u64,
     /// Same scene, tasks and options: same dataset, to the byte
     #[arg(
         long,
         value_name = "N",
         default_value_t = 0,
-        value_parser = clap::value_parser!(u64).range(..=MAX_SEED)
+        allow_negative_numbers = true,
+        value_parser = number::seed
     )]
     seed: u64,
     /// Folder for the dataset, which must not exist
@@ -61,10 +62,10 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME,...|none|FILE", default_value = "side,front,wrist")]
     cameras: String,
     /// Side of the images of usual cameras, pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 224)]
+    #[arg(long, value_name = "PIXELS", default_value_t = 224, allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=8192))]
     size: u32,
     /// Frames per second
-    #[arg(long, value_name = "HZ", default_value_t = 15)]
+    #[arg(long, value_name = "HZ", default_value_t = 15, allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=u64::from(MAX_FPS)))]
     fps: u32,
     /// Also record depth (robomimic and parquet-png)
     #[arg(long)]
@@ -73,7 +74,7 @@ pub struct Arguments {
     #[arg(long)]
     instance_ids: bool,
     /// Also record a cloud of N points of what all cameras see (robomimic and parquet-png)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_POINTS)))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=u64::from(MAX_POINTS)))]
     point_cloud: Option<u32>,
     /// What differs between episodes: usual, wide (other objects and materials, too), none, or a file with amplitudes
     #[arg(long, value_name = "usual|wide|none|FILE", default_value = "usual")]
@@ -82,13 +83,13 @@ pub struct Arguments {
     #[arg(long, value_name = "AXIS=X", value_parser = amplitude)]
     amplitude: Vec<(String, f64)>,
     /// Attempts until the command gives up [default: 4 for each episode, and 20]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<u64>(1..=u64::MAX))]
     max_attempts: Option<u64>,
     /// Record attempts that fail as episodes, too, beside those that succeed
     #[arg(long)]
     keep_failures: bool,
     /// Attempts at a time [default: one per core]; the dataset does not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<usize>(1..=u64::MAX))]
     workers: Option<usize>,
     /// Print one JSON document, and no progress
     #[arg(long)]
@@ -119,6 +120,7 @@ fn record_episodes(arguments: &Arguments) -> Result<Exit, Failure> {
         let place = arguments.out.display();
         return Err(Failure::usage(format!("--out {place} exists; give another folder, or remove it")));
     }
+    check_apart(&arguments.out, &[&arguments.bundle])?;
     let order = order(arguments)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
     let refusal = |problem| refused(problem, "--task");
@@ -172,7 +174,7 @@ fn order(arguments: &Arguments) -> Result<EpisodesOrder, Failure> {
 fn randomization(arguments: &Arguments) -> Result<Randomization, Failure> {
     let base = match Randomization::named(&arguments.randomize) {
         Some(named) => named,
-        None => read_json(&arguments.randomize, "amplitudes of --randomize")?,
+        None => read_json(&arguments.randomize, "the amplitudes of --randomize")?,
     };
     let mut value = json!(base);
     for (name, amplitude) in &arguments.amplitude {
@@ -183,7 +185,7 @@ fn randomization(arguments: &Arguments) -> Result<Randomization, Failure> {
 
 fn cameras(arguments: &Arguments) -> Result<Cameras, Failure> {
     if arguments.cameras.ends_with(".json") {
-        let own: Vec<CameraSpec> = read_json(&arguments.cameras, "list of cameras")?;
+        let own: Vec<CameraSpec> = read_json(&arguments.cameras, "the list of cameras")?;
         return Ok(Cameras::Own(own));
     }
     let names = match arguments.cameras.as_str() {
@@ -194,9 +196,7 @@ fn cameras(arguments: &Arguments) -> Result<Cameras, Failure> {
 }
 
 fn read_json<T: serde::de::DeserializeOwned>(file: &str, what: &str) -> Result<T, Failure> {
-    let text = std::fs::read_to_string(file)
-        .map_err(|error| Failure::usage(format!("cannot read the {what} in {file}: {error}")))?;
-    serde_json::from_str(&text).map_err(|error| Failure::usage(format!("{file} is no {what}: {error}")))
+    input_file::json(Path::new(file), what, "docs/episodes.md shows one")
 }
 
 fn cores() -> usize {

@@ -9,11 +9,11 @@ use serde_json::json;
 use super::bundle_input::BundleInput;
 use super::generate::refused;
 use super::options::ConfigOptions;
-use super::{Exit, Failure, scene_summary, terminal};
+use super::output::{Kind, Output};
+use super::{Exit, Failure, input_file, number, scene_summary, terminal};
 use crate::api::executions::BasePlace;
 use crate::app::executions::{TaskSource, files, run as execute_task};
 use crate::pipeline::task_scene;
-use export::BundleFile;
 use manipulation::execution::Execution;
 use tasks::Task;
 
@@ -35,11 +35,14 @@ pub struct Arguments {
     #[arg(long, value_name = "X,Y,Z,YAW", value_parser = base_place, allow_hyphen_values = true)]
     base: Option<BasePlace>,
     /// Same scene, task and seed: same motion, to the byte
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = number::seed)]
     seed: u64,
     /// Write verdict, task, motion, and the robot in the scene as MJCF, URDF and USD into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace the execution that an earlier run left in the folder of --out; a folder with other files is refused
+    #[arg(long, requires = "out")]
+    force: bool,
     /// Also write a video of the motion, `video.mp4`, into the folder of --out; takes some seconds
     #[arg(long, requires = "out")]
     video: bool,
@@ -58,20 +61,33 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
+    let output = output(arguments)?;
     let source = source(&arguments.task)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
     let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
     let refusal = |problem| refused(problem, "--task");
     let executed = execute_task(&bundle, source, &arguments.robot, arguments.base, arguments.seed, &resolved)
         .map_err(refusal)?;
-    if let Some(folder) = &arguments.out {
-        write(folder, &files::all_files(&archive, &executed, arguments.video).map_err(refusal)?)?;
+    if let Some(output) = output {
+        let partial = output.begin()?;
+        for file in files::all_files(&archive, &executed, arguments.video).map_err(refusal)? {
+            partial.write(&file.path, &file.bytes)?;
+        }
+        partial.publish()?;
     }
     match arguments.json {
         true => terminal::print(&format!("{:#}\n", files::verdict(&executed))),
         false => terminal::print(&verdict_text(&executed.task, &executed.execution)),
     }
     Ok(if executed.execution.succeeded { Exit::Success } else { Exit::TaskFailed })
+}
+
+/// The folder of `--out`, checked before any work.
+fn output(arguments: &Arguments) -> Result<Option<Output>, Failure> {
+    let task = is_file(&arguments.task).then(|| Path::new(&arguments.task));
+    let inputs: Vec<&Path> = std::iter::once(&*arguments.bundle).chain(task).collect();
+    let out = arguments.out.as_deref();
+    out.map(|out| Output::check(out, Kind::Execution, arguments.force, &inputs)).transpose()
 }
 
 /// Four numbers.
@@ -84,16 +100,20 @@ fn base_place(given: &str) -> Result<BasePlace, String> {
     place.check().map(|()| place).map_err(|(name, why)| format!("{name} {why}"))
 }
 
+/// What to give where a file of a task will not do.
+pub(super) const TASK_ADVICE: &str = "give a file that `tasks --out` or `execute --out` wrote";
+
 /// A file of a task, or the text itself.
 pub(super) fn source(given: &str) -> Result<TaskSource, Failure> {
-    if !given.ends_with(".json") {
+    if !is_file(given) {
         return Ok(TaskSource::Text(given.to_owned()));
     }
-    let text = std::fs::read_to_string(given)
-        .map_err(|error| Failure::usage(format!("cannot read the task {given}: {error}")))?;
-    serde_json::from_str(&text)
-        .map(TaskSource::Task)
-        .map_err(|error| Failure::usage(format!("{given} is no task: {error}")))
+    input_file::json(Path::new(given), "the task", TASK_ADVICE).map(TaskSource::Task)
+}
+
+/// Whether a task is given by the name of its file.
+pub(super) fn is_file(given: &str) -> bool {
+    given.ends_with(".json")
 }
 
 fn verdict_text(task: &Task, execution: &Execution) -> String {
@@ -114,16 +134,4 @@ fn verdict_text(task: &Task, execution: &Execution) -> String {
         let _ = writeln!(text, "  moved besides: {}", json!(moved));
     }
     text
-}
-
-/// Writes files below a folder.
-fn write(folder: &Path, files: &[BundleFile]) -> Result<(), Failure> {
-    for file in files {
-        let path = folder.join(&file.path);
-        let written = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-        written
-            .and_then(|()| std::fs::write(&path, &file.bytes))
-            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))?;
-    }
-    Ok(())
 }

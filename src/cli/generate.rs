@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args};
 pub use super::local_job::adapt;
 use super::local_job::{JobConfig, JobOptions};
 use super::options::TextOptions;
-use super::{Exit, Failure, certificate, scene_summary, terminal};
+use super::{Exit, Failure, certificate, input_file, scene_summary, terminal};
 use crate::api::submission::{self, SceneBody};
 use crate::app;
 use crate::app::config::Config;
@@ -50,8 +50,9 @@ fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
     };
     let settings = &resolved.config.server;
     let submission = submission::validate(body, image, settings, &app::pipeline::validate(&resolved))
-        .map_err(|problem| refused(problem, "--text"))?;
-    let made = arguments.job.run(&resolved, submission)?;
+        .map_err(|problem| refused_input(problem, arguments.image.as_deref()))?;
+    let place = arguments.job.place(&arguments.image.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    let made = arguments.job.run(&resolved, submission, place)?;
     match arguments.job.json {
         true => terminal::print(&format!("{:#}\n", made.outcome.document(made.total_ms))),
         false => terminal::print(&certificate::table(&made.outcome, made.total_ms)),
@@ -60,12 +61,16 @@ fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
 }
 
 fn read_image(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
-    let unreadable =
-        |error: std::io::Error| Failure::usage(format!("cannot read the image {}: {error}", path.display()));
+    let unreadable = |error: std::io::Error| {
+        input_file::unreadable(path, "the image", &error, "give a PNG, JPEG or WebP file")
+    };
     let about = std::fs::metadata(path).map_err(unreadable)?;
     let limit = config.server.max_image_bytes;
     if !about.is_file() {
-        return Err(Failure::usage(format!("the image {} is not a file", path.display())));
+        return Err(Failure::usage(format!(
+            "the image {} is not a file; give a PNG, JPEG or WebP file",
+            path.display()
+        )));
     }
     if about.len() > limit as u64 {
         return Err(Failure::usage(format!(
@@ -75,6 +80,17 @@ fn read_image(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
         )));
     }
     Ok(std::fs::read(path).map_err(unreadable)?.into())
+}
+
+/// A refusal that names the file where it is about the image.
+fn refused_input(problem: crate::api::Problem, image: Option<&Path>) -> Failure {
+    match image.filter(|_| problem.code.starts_with("image_")) {
+        Some(path) => {
+            let message = format!("--image {}: {}", path.display(), problem.detail);
+            Failure { message, ..refused(problem, "--text") }
+        }
+        None => refused(problem, "--text"),
+    }
 }
 
 /// A refusal in the words of the command line, with the document that the server would answer. `text` is the name of

@@ -1,13 +1,13 @@
 //! `judge`: whether a task is done in poses that another simulator reports.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use serde::de::DeserializeOwned;
 use serde_json::json;
 
 use super::bundle_input::BundleInput;
-use super::{Exit, Failure, scene_summary, terminal};
+use super::execute::TASK_ADVICE;
+use super::{Exit, Failure, input_file, scene_summary, terminal};
 use crate::pipeline::task_scene;
 use tasks::goal::formula;
 use tasks::scene_state::{SceneState, TaskVerdict};
@@ -35,6 +35,9 @@ pub struct Arguments {
     json: bool,
 }
 
+const STATE_ADVICE: &str =
+    "give {\"objects\": {\"mug_1\": {\"translation_m\": [x, y, z], \"rotation_xyzw\": [x, y, z, w]}}}";
+
 /// Decides the task and prints the verdict. With `--json`, failures are printed as a document, too.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let is_json = arguments.json;
@@ -42,8 +45,8 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 }
 
 fn judge(arguments: &Arguments) -> Result<Exit, Failure> {
-    let task: Task = read(&arguments.task, "task")?;
-    let state: SceneState = read(&arguments.state, "state")?;
+    let task: Task = input_file::json(&arguments.task, "the task", TASK_ADVICE)?;
+    let state: SceneState = input_file::json(&arguments.state, "the state", STATE_ADVICE)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
     let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
     let verdict = bundle.tasks.judge(&task, &state).map_err(|error| Failure::usage(error.to_string()))?;
@@ -52,13 +55,6 @@ fn judge(arguments: &Arguments) -> Result<Exit, Failure> {
         false => terminal::print(&text_of(&task, &verdict)),
     }
     Ok(if verdict.reached { Exit::Success } else { Exit::TaskFailed })
-}
-
-fn read<T: DeserializeOwned>(path: &Path, what: &str) -> Result<T, Failure> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| Failure::usage(format!("cannot read the {what} {}: {error}", path.display())))?;
-    serde_json::from_str(&text)
-        .map_err(|error| Failure::usage(format!("{} is no {what}: {error}", path.display())))
 }
 
 fn text_of(task: &Task, verdict: &TaskVerdict) -> String {

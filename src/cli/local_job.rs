@@ -10,10 +10,10 @@ use clap::Args;
 use tokio_util::sync::CancellationToken;
 
 use super::options::ConfigOptions;
-use super::output_dir::{self, Folder};
+use super::output::{self, Kind, Output};
 use super::progress::Progress;
-use super::scene_summary::{Outcome, Target};
-use super::{Exit, Failure, runtime, signals, terminal};
+use super::scene_summary::{Outcome, Place, Target};
+use super::{Exit, Failure, number, runtime, signals, terminal};
 use crate::api::submission::Submission;
 use crate::app::config::{Config, Origin, Resolved, is_open_to_requests};
 use crate::app::local;
@@ -21,7 +21,6 @@ use crate::app::local::Ended;
 use crate::app::{self, logging};
 use crate::worker::BuildScene;
 use scene::job::JobState;
-use scene::request::MAX_SEED;
 use store::{BlobPlace, Outage, Store};
 
 /// Arguments of the commands that make one scene.
@@ -32,7 +31,7 @@ pub struct JobOptions {
         long,
         value_name = "N",
         allow_negative_numbers = true,
-        value_parser = clap::value_parser!(u64).range(..=MAX_SEED)
+        value_parser = number::seed
     )]
     pub seed: Option<u64>,
     /// Folder for the bundle [default: out/SHORT_ID]
@@ -42,7 +41,7 @@ pub struct JobOptions {
     /// takes seconds for each object
     #[arg(long, value_name = "NAME")]
     pub robot: Option<String>,
-    /// Write into a folder that holds other objects
+    /// Replace the bundle that an earlier run left in the folder of --out; a folder with other files is refused
     #[arg(long)]
     pub force: bool,
     /// Also write what every stage put aside, under DIR/artifacts/STAGE/
@@ -52,7 +51,7 @@ pub struct JobOptions {
     #[arg(long, value_name = "DIR")]
     pub data_dir: Option<PathBuf>,
     /// Threads that compute [default: one per core]; the scene does not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<usize>(1..=u64::MAX))]
     pub threads: Option<usize>,
     /// Print one JSON document instead of the table, and no progress
     #[arg(long)]
@@ -98,17 +97,34 @@ impl JobOptions {
         Ok(JobConfig { resolved, own: own.into_iter().collect() })
     }
 
+    /// Where the bundle goes, checked before any work. `inputs` are the files and folders that the command reads.
+    ///
+    /// # Errors
+    ///
+    /// A [`Failure`] where the folder must not or cannot be written.
+    pub fn place(&self, inputs: &[&Path]) -> Result<Place, Failure> {
+        if let Some(out) = &self.out {
+            return Ok(Place::Named(Output::check(out, Kind::Bundle, self.force, inputs)?));
+        }
+        // The usual folder holds one folder per bundle, so it may hold anything itself.
+        let folder = PathBuf::from("out");
+        output::check_parent(&folder)?;
+        Ok(Place::Within { folder, is_forced: self.force })
+    }
+
     /// Makes the scene of a submission, and writes its bundle.
     ///
     /// # Errors
     ///
-    /// A [`Failure`] where the folder cannot be written, or the job does not succeed.
-    pub fn run(&self, resolved: &Resolved, submission: Submission) -> Result<FinishedJob, Failure> {
+    /// A [`Failure`] where the bundle cannot be written, or the job does not succeed.
+    pub fn run(
+        &self,
+        resolved: &Resolved,
+        submission: Submission,
+        place: Place,
+    ) -> Result<FinishedJob, Failure> {
         let build = app::pipeline::build_pipeline(resolved)?;
-        let out = self.out.clone().unwrap_or_else(|| PathBuf::from("out"));
-        // The default folder holds one folder per bundle, so it may hold anything itself.
-        let folder = output_dir::prepare(&out, self.force || self.out.is_none())?;
-        runtime()?.block_on(self.make(&resolved.config, build, submission, folder))
+        runtime()?.block_on(self.make(&resolved.config, build, submission, place))
     }
 
     async fn make(
@@ -116,7 +132,7 @@ impl JobOptions {
         config: &Config,
         build: BuildScene,
         submission: Submission,
-        folder: Folder,
+        bundle_place: Place,
     ) -> Result<FinishedJob, Failure> {
         let started = std::time::Instant::now();
         let stop = signals::stop_on_signal("stopping; again to stop at once")?;
@@ -135,13 +151,7 @@ impl JobOptions {
             (Some(temporary), _) => temporary.path(),
             (None, given) => given.as_deref().unwrap_or(Path::new("data")),
         };
-        let store = match app::open(data_dir, config).await {
-            Ok(store) => store,
-            Err(error) => {
-                folder.abandon();
-                return Err(error.into());
-            }
-        };
+        let store = app::open(data_dir, config).await?;
         let seed = submission.request.seed;
         let mut progress = Progress::new(self.json);
         if !self.json {
@@ -159,20 +169,16 @@ impl JobOptions {
             Some(_) => String::new(),
         };
         let outcome = match ended? {
-            Ended::Storage(why) => {
-                folder.abandon();
-                return Err(storage_failure(why, data_dir));
-            }
+            Ended::Storage(why) => return Err(storage_failure(why, data_dir)),
             Ended::Job { job, .. } if job.state == JobState::Cancelled => {
-                folder.abandon();
                 let message = format!("interrupted {place}; no bundle was written (seed {seed}){kept}");
                 return Err(Failure::new(Exit::Interrupted, message));
             }
             Ended::Job { job, scene } if job.state == JobState::Succeeded => {
-                Outcome::write(&store, &scene, seed, progress.into_times(), self.target(folder)).await?
+                let target = Target { place: bundle_place, artifacts: self.artifacts };
+                Outcome::write(&store, &scene, seed, progress.into_times(), target).await?
             }
             Ended::Job { job, .. } => {
-                folder.abandon();
                 let message = job.failure_message.unwrap_or_default();
                 let code = job.failure_code.unwrap_or_default();
                 let message = format!("{message} ({code}, {place}, seed {seed})");
@@ -180,10 +186,6 @@ impl JobOptions {
             }
         };
         Ok(FinishedJob { outcome, total_ms: started.elapsed().as_millis() })
-    }
-
-    fn target(&self, folder: Folder) -> Target {
-        Target { folder, named: self.out.is_some(), force: self.force, artifacts: self.artifacts }
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::Failure;
+use super::{Failure, number};
 use crate::app::config;
 use crate::app::config::{Resolved, Sources};
 use scene::request::{OnUnknown, RequestOptions};
@@ -40,7 +40,7 @@ impl ConfigOptions {
 #[derive(Clone, Debug, Default, Args)]
 pub struct TextOptions {
     /// Refuse a scene of more objects (1 to 64)
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=64))]
     max_objects: Option<u32>,
     /// What happens to parts of the text that are not understood [default: stand-in]
     #[arg(long, value_name = "POLICY")]

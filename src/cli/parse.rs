@@ -6,11 +6,10 @@ use serde_json::json;
 use super::generate::refused;
 use super::options::{ConfigOptions, TextOptions};
 use super::text_account::Detail;
-use super::{Exit, Failure, scene_summary, terminal, text_account};
+use super::{Exit, Failure, number, scene_summary, terminal, text_account};
 use crate::api::Problem;
 use crate::api::submission::{self, SceneBody};
 use crate::app;
-use scene::request::MAX_SEED;
 
 /// Arguments of `parse`.
 #[derive(Debug, Args)]
@@ -23,7 +22,7 @@ pub struct Arguments {
         long,
         value_name = "N",
         allow_negative_numbers = true,
-        value_parser = clap::value_parser!(u64).range(..=MAX_SEED)
+        value_parser = number::seed
     )]
     seed: Option<u64>,
     #[command(flatten)]

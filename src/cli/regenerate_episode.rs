@@ -8,7 +8,8 @@ use serde_json::json;
 use super::bundle_input::BundleInput;
 use super::generate::refused;
 use super::options::ConfigOptions;
-use super::{Exit, Failure, scene_summary, terminal};
+use super::output::check_apart;
+use super::{Exit, Failure, input_file, number, scene_summary, terminal};
 use crate::app::episodes::card;
 use crate::app::episodes::regenerate::{RecordedEpisode, recorded_episode, regenerate, setup_of};
 use crate::config::Resolved;
@@ -26,7 +27,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     dataset: PathBuf,
     /// Its number in the dataset, from 0
-    #[arg(long, value_name = "INDEX")]
+    #[arg(long, value_name = "INDEX", allow_negative_numbers = true, value_parser = number::whole::<u64>(0..=u64::MAX))]
     episode: u64,
     /// The bundle in which it was recorded: its folder, or its archive
     #[arg(long, visible_alias = "scene", value_name = "DIR_OR_ZIP")]
@@ -41,6 +42,8 @@ pub struct Arguments {
     options: ConfigOptions,
 }
 
+const DATASET_ADVICE: &str = "give the folder that `episodes --out` wrote";
+
 /// Makes the episode again and compares it with the digest in its record.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let is_json = arguments.json;
@@ -49,9 +52,15 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn again(arguments: &Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
+    if let Some(out) = &arguments.out {
+        if out.exists() {
+            let place = out.display();
+            return Err(Failure::usage(format!("--out {place} exists; give another folder, or remove it")));
+        }
+        check_apart(out, &[&arguments.bundle, &arguments.dataset])?;
+    }
     let records = records_of(&arguments.dataset)?;
-    let text = std::fs::read_to_string(&records)
-        .map_err(|error| Failure::usage(format!("cannot read {}: {error}", records.display())))?;
+    let text = input_file::text(&records, "the records", DATASET_ADVICE)?;
     let episode = recorded_episode(&text, arguments.episode)
         .map_err(|what| Failure::usage(format!("{} {what}", records.display())))?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
@@ -104,13 +113,13 @@ fn write(setup: &Setup, resolved: &Resolved, out: &Path, unit: &EpisodeUnit) -> 
 fn records_of(dataset: &Path) -> Result<PathBuf, Failure> {
     const NAME: &str = "records.jsonl";
     let inside = std::fs::read_dir(dataset)
-        .map_err(|error| Failure::usage(format!("cannot read {}: {error}", dataset.display())))?;
+        .map_err(|error| input_file::unreadable(dataset, "the dataset", &error, DATASET_ADVICE))?;
     let mut formats: Vec<PathBuf> = inside.flatten().map(|entry| entry.path().join(NAME)).collect();
     formats.sort();
     let places = std::iter::once(dataset.join(NAME)).chain(formats);
     places.into_iter().find(|path| path.is_file()).ok_or_else(|| {
         Failure::usage(format!(
-            "{} is no dataset: neither it nor a folder in it has {NAME}",
+            "{} is no dataset: neither it nor a folder in it has {NAME}; {DATASET_ADVICE}",
             dataset.display()
         ))
     })

@@ -1,11 +1,13 @@
 //! What came of a scene: its bundle on disk, and the document that `--json` prints.
 
+use std::path::{Path, PathBuf};
+
 use futures::TryStreamExt;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::output_dir::Folder;
+use super::output::{Kind, Output, Partial};
 use super::progress::StageTime;
 use super::{Exit, Failure, terminal};
 use scene::{Certificate, SceneId};
@@ -13,11 +15,16 @@ use store::scenes::SceneRow;
 use store::{DEFAULT_TENANT, Digest, Store, StoreError};
 
 /// Where the bundle goes.
+pub enum Place {
+    /// A folder that was asked for.
+    Named(Output),
+    /// A folder inside this one, named after the scene.
+    Within { folder: PathBuf, is_forced: bool },
+}
+
+/// Where the bundle goes, and whether with artifacts.
 pub struct Target {
-    pub folder: Folder,
-    /// The folder itself was asked for; else a folder named after the scene inside it.
-    pub named: bool,
-    pub force: bool,
+    pub place: Place,
     pub artifacts: bool,
 }
 
@@ -66,20 +73,22 @@ impl Outcome {
             Some((_, bytes)) => id_of(bytes)?,
             None => return Err(Failure::new(Exit::Error, "the finished bundle has no scene.json; a bug")),
         };
-        let Target { mut folder, named, force, artifacts } = target;
-        if !named {
-            let short: String = scene_id.chars().take(12).collect();
-            folder = folder.inside(&short, force)?;
-        }
-        folder.clear()?;
-        // The manifest goes first: a folder that was left half way is recognized as a bundle.
-        let (first, rest): (Vec<_>, Vec<_>) = files.iter().partition(|(name, _)| name == "manifest.json");
-        first.iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
-        rest.par_iter().try_for_each(|(name, bytes)| folder.write(name, bytes))?;
+        let Target { place, artifacts } = target;
         let report = files.iter().find(|(name, _)| name == "report.json");
         let certificate = report.and_then(|(_, bytes)| serde_json::from_slice(bytes).ok());
-        if artifacts {
-            write_artifacts(store, &scene.id, &folder).await?;
+        let folder = match place {
+            Place::Named(output) => FolderOfScene::New(output),
+            Place::Within { folder, is_forced } => {
+                folder_of_scene(&folder, &scene_id, is_forced, &files, artifacts)?
+            }
+        };
+        if let FolderOfScene::New(output) = &folder {
+            let partial = output.begin()?;
+            files.par_iter().try_for_each(|(name, bytes)| partial.write(name, bytes))?;
+            if artifacts {
+                write_artifacts(store, &scene.id, &partial).await?;
+            }
+            partial.publish()?;
         }
         let path = |name: &str| folder.path().join(name).display().to_string();
         let paths = Paths {
@@ -119,6 +128,49 @@ impl Outcome {
     }
 }
 
+/// The folder of a scene inside another one.
+enum FolderOfScene {
+    New(Output),
+    /// It holds this very bundle already.
+    Present(PathBuf),
+}
+
+impl FolderOfScene {
+    fn path(&self) -> &Path {
+        match self {
+            Self::New(output) => output.path(),
+            Self::Present(path) => path,
+        }
+    }
+}
+
+/// The folder named after the scene: `0a1b...`, or with a number behind (`0a1b...-2`) where that holds something else.
+fn folder_of_scene(
+    within: &Path,
+    scene_id: &str,
+    is_forced: bool,
+    files: &[(String, Vec<u8>)],
+    with_artifacts: bool,
+) -> Result<FolderOfScene, Failure> {
+    let short: String = scene_id.chars().take(12).collect();
+    let names = std::iter::once(short.clone()).chain((2_u32..).map(|number| format!("{short}-{number}")));
+    for path in names.map(|name| within.join(name)) {
+        let is_same = |(name, bytes): &(String, Vec<u8>)| {
+            std::fs::read(path.join(name)).is_ok_and(|present| present == *bytes)
+        };
+        let has_artifacts = !with_artifacts || path.join("artifacts").is_dir();
+        if !is_forced && has_artifacts && files.iter().all(is_same) {
+            return Ok(FolderOfScene::Present(path));
+        }
+        match Output::check(&path, Kind::Bundle, is_forced, &[]) {
+            Ok(output) => return Ok(FolderOfScene::New(output)),
+            Err(refusal) if refusal.exit == Exit::Usage => {}
+            Err(failure) => return Err(failure),
+        }
+    }
+    Err(Failure::new(Exit::Error, format!("{} has no name left for scene {scene_id}", within.display())))
+}
+
 /// The result of a command; with `--json`, a failure is printed as a document.
 pub fn with_failure_document(done: Result<Exit, Failure>, is_json: bool) -> Result<Exit, Failure> {
     if let (Err(failure), true) = (&done, is_json) {
@@ -151,7 +203,7 @@ fn failure_document(failure: &Failure) -> String {
 }
 
 /// Writes every artifact that the scene's stages left so far below `artifacts/`.
-pub async fn write_artifacts(store: &Store, scene_id: &SceneId, folder: &Folder) -> Result<(), Failure> {
+pub async fn write_artifacts(store: &Store, scene_id: &SceneId, folder: &Partial) -> Result<(), Failure> {
     let rows = store.artifacts(&DEFAULT_TENANT, scene_id).await;
     for row in rows.map_err(|error| Failure::new(Exit::Error, error.chain()))? {
         let bytes = bytes(store, &row.file.digest, &row.file.name).await?;

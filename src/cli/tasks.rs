@@ -1,7 +1,7 @@
 //! `tasks`: what a robot could do in the scene of a bundle.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
@@ -9,8 +9,9 @@ use serde_json::json;
 use super::bundle_input::BundleInput;
 use super::generate::refused;
 use super::options::ConfigOptions;
-use super::{Exit, Failure, scene_summary, terminal};
-use crate::api::tasks::{TasksRequest, check};
+use super::output::{Kind, Output};
+use super::{Exit, Failure, number, scene_summary, terminal};
+use crate::api::tasks::{MAX_TASKS, TasksRequest, check};
 use crate::app::tasks::{SceneTasks, limits_of, tasks_of};
 use crate::pipeline::task_scene::{self, BundleScene};
 use tasks::proposals::Difficulty;
@@ -26,10 +27,10 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", default_value = "panda")]
     robot: String,
     /// Number of proposed tasks
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = number::whole::<usize>(1..=MAX_TASKS as u64))]
     count: usize,
     /// The same scene, seed and robot: the same proposals
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = number::seed)]
     seed: u64,
     /// Read this instruction in place of proposing tasks
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
@@ -41,6 +42,9 @@ pub struct Arguments {
     /// Also write each task as JSON and as a BDDL problem into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace the tasks that an earlier run left in the folder of --out; a folder with other files is refused
+    #[arg(long, requires = "out")]
+    force: bool,
     /// Print one JSON document instead of the table
     #[arg(long)]
     json: bool,
@@ -61,11 +65,13 @@ fn tasks(arguments: Arguments) -> Result<Exit, Failure> {
     let refusal = |problem| refused(problem, "--text");
     check(&request, resolved.config.server.max_text_chars).map_err(refusal)?;
     let robot = limits_of(&request.robot, &resolved.config.execution).map_err(refusal)?;
+    let check = |out: &PathBuf| Output::check(out, Kind::Tasks, arguments.force, &[&arguments.bundle]);
+    let output = arguments.out.as_ref().map(check).transpose()?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
     let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
     let found = tasks_of(&bundle, &request, robot, &resolved).map_err(refusal)?;
-    if let Some(folder) = &arguments.out {
-        write(folder, &found, &bundle)?;
+    if let Some(output) = output {
+        write(&output, &found, &bundle)?;
     }
     match arguments.json {
         true => terminal::print(&format!("{:#}\n", json!(found))),
@@ -107,14 +113,9 @@ fn goal_of(task: &Task) -> String {
 }
 
 /// `task_0001.json` and `task_0001.bddl` of each task, and the domain of all.
-fn write(folder: &Path, found: &SceneTasks, bundle: &BundleScene) -> Result<(), Failure> {
-    let written = |name: &str, text: String| {
-        let path = folder.join(name);
-        std::fs::write(&path, text)
-            .map_err(|error| Failure::usage(format!("cannot write {}: {error}", path.display())))
-    };
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::usage(format!("cannot make {}: {error}", folder.display())))?;
+fn write(output: &Output, found: &SceneTasks, bundle: &BundleScene) -> Result<(), Failure> {
+    let partial = output.begin()?;
+    let written = |name: &str, text: String| partial.write(name, text.as_bytes());
     written("domain.bddl", bddl::domain())?;
     let proposed = found.proposed.iter().map(|proposed| &proposed.task);
     for (number, task) in found.instructed.iter().chain(proposed).enumerate() {
@@ -122,5 +123,5 @@ fn write(folder: &Path, found: &SceneTasks, bundle: &BundleScene) -> Result<(), 
         written(&format!("{name}.json"), format!("{:#}\n", json!(task)))?;
         written(&format!("{name}.bddl"), bddl::problem(&name, task, &bundle.tasks))?;
     }
-    Ok(())
+    partial.publish()
 }

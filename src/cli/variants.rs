@@ -9,13 +9,16 @@ use super::bundle_input::BundleInput;
 use super::edit::lines;
 use super::generate::refused;
 use super::local_job::{JobConfig, JobOptions};
-use super::{Exit, Failure, certificate, scene_summary, terminal};
+use super::output::{Kind, Output};
+use super::scene_summary::Place;
+use super::{Exit, Failure, certificate, number, scene_summary, terminal};
 use crate::api::edits::EditOptions;
 use crate::api::parent::ParentBundle;
 use crate::api::submission::Submission;
 use crate::api::variants::{self, VariantsBody};
 use crate::app;
 use scene::edit::EditAccount;
+use scene::variant::MAX_VARIANTS;
 use scene::{Randomize, Scene};
 use store::Digest;
 
@@ -26,7 +29,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR_OR_ZIP")]
     bundle: PathBuf,
     /// Number of variants
-    #[arg(long, value_name = "N", default_value_t = 10)]
+    #[arg(long, value_name = "N", default_value_t = 10, allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=u64::from(MAX_VARIANTS)))]
     count: u32,
     /// What differs: layout, meshes, sizes, colors, materials, table, light, camera, mass, friction [default: all]
     #[arg(long, value_name = "AXES", value_delimiter = ',', value_parser = axis)]
@@ -73,15 +76,19 @@ fn make(mut arguments: Arguments) -> Result<Exit, Failure> {
     }
     let archive = bytes::Bytes::from(archive);
     let (mut documents, mut exit) = (Vec::new(), Exit::Success);
-    for (index, submission) in made.submissions.into_iter().enumerate() {
+    // All folders are checked before the first variant is made.
+    let planned = made.submissions.into_iter().enumerate().map(|(index, submission)| {
         let folder = out.join(format!("variant_{:04}", index + 1));
-        if is_there(&folder, &submission)? {
+        let output = output_for(&folder, &submission, arguments.job.force, &arguments.bundle)?;
+        Ok((folder, output, submission))
+    });
+    for (folder, output, submission) in planned.collect::<Result<Vec<_>, Failure>>()? {
+        let Some(output) = output else {
             terminal::note(&format!("{} is there already", folder.display()));
             continue;
-        }
-        arguments.job.out = Some(folder.clone());
+        };
         let submission = Submission { bundle: Some(archive.clone()), ..submission };
-        let job = match arguments.job.run(&resolved, submission) {
+        let job = match arguments.job.run(&resolved, submission, Place::Named(output)) {
             Ok(job) => job,
             // The others may still succeed.
             Err(failure) if failure.exit == Exit::JobFailed => {
@@ -109,20 +116,32 @@ fn make(mut arguments: Arguments) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-/// Whether the folder holds this variant.
+/// Where a variant is to be written; `None` if its folder holds it already.
 ///
 /// # Errors
 ///
-/// A [`Failure`] of kind usage where it holds another scene.
-fn is_there(folder: &Path, submission: &Submission) -> Result<bool, Failure> {
-    let Ok(document) = std::fs::read(folder.join("scene.json")) else { return Ok(false) };
-    let scene: Option<Scene> = serde_json::from_slice(&document).ok();
-    let asked = &submission.request;
-    match scene {
-        Some(scene) if scene.request.input == asked.input && scene.request.seed == asked.seed => Ok(true),
-        _ => Err(Failure::usage(format!(
-            "{} holds another scene; choose another --out, or give the --seed of the variants that are there",
-            folder.display()
-        ))),
+/// A [`Failure`] where the folder holds another scene and is not forced, or must not be written.
+fn output_for(
+    folder: &Path,
+    submission: &Submission,
+    is_forced: bool,
+    bundle: &Path,
+) -> Result<Option<Output>, Failure> {
+    if let Ok(document) = std::fs::read(folder.join("scene.json")) {
+        let scene: Option<Scene> = serde_json::from_slice(&document).ok();
+        let asked = &submission.request;
+        let is_asked = |scene: Scene| scene.request.input == asked.input && scene.request.seed == asked.seed;
+        match scene.is_some_and(is_asked) {
+            true => return Ok(None),
+            false if is_forced => {}
+            false => {
+                return Err(Failure::usage(format!(
+                    "{} holds another scene; choose another --out, give the --seed of the variants that are there, \
+                     or add --force to replace it",
+                    folder.display()
+                )));
+            }
+        }
     }
+    Output::check(folder, Kind::Bundle, is_forced, &[bundle]).map(Some)
 }

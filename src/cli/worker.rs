@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::options::ConfigOptions;
-use super::{Exit, Failure, block_on, signals, terminal};
+use super::{Exit, Failure, block_on, number, signals, terminal};
 use crate::app::config::Resolved;
 use crate::app::role::Role;
 use crate::app::{self, service, telemetry};
@@ -14,7 +14,7 @@ use crate::app::{self, service, telemetry};
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// Jobs worked on at the same time [default: worker.concurrency, 2]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<usize>(1..=u64::MAX))]
     slots: Option<usize>,
     /// Address of /healthz, /readyz and /metrics; port 0 takes a free one [default: worker.listen, none]
     #[arg(long, value_name = "ADDR")]

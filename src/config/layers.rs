@@ -9,7 +9,7 @@ use serde_json::{Value as Json, json};
 use toml::{Table, Value};
 
 use super::keys::{Key, flatten, keys};
-use super::nearest::nearest;
+use super::nearest::advice;
 use super::{Config, ConfigError, ConfigErrors, rules, value};
 
 /// What environment variables with settings start with.
@@ -112,7 +112,13 @@ struct Layers {
 impl Layers {
     fn file(&mut self, path: PathBuf) {
         let origin = Origin::File(path.clone());
-        let read = std::fs::read_to_string(&path).map_err(|error| format!("cannot be read: {error}"));
+        let unreadable = |error: std::io::Error| match error.kind() {
+            std::io::ErrorKind::InvalidData => {
+                "is no text in UTF-8; give a TOML file with settings".to_owned()
+            }
+            _ => format!("cannot be read: {error}; give a TOML file with settings"),
+        };
+        let read = std::fs::read_to_string(&path).map_err(unreadable);
         let table = read.and_then(|text| {
             text.parse::<Table>().map_err(|error| format!("is no TOML: {}", error.to_string().trim_end()))
         });
@@ -133,7 +139,7 @@ impl Layers {
     fn lay(&mut self, path: String, origin: Origin, read: impl FnOnce(&Key) -> Result<Value, String>) {
         let read = match keys().get(&path) {
             Some(key) => read(key),
-            None => Err(format!("there is no such key; the nearest is {}", nearest(&path))),
+            None => Err(format!("there is no such key; {}", advice(&path))),
         };
         match read {
             Ok(value) => {

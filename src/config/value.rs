@@ -14,7 +14,7 @@ pub fn fit(key: &Key, given: Value) -> Result<Value, String> {
 /// The same out of plain text, as environment variables, arguments and requests carry it: numbers and
 /// `true` as they are, words without quotes, lists as `1, 2` or `[1, 2]`.
 pub fn parse(key: &Key, text: &str) -> Result<Value, String> {
-    let value = typed(&key.default, text.trim())?;
+    let value = typed(&key.default, text.trim()).map_err(|wrong| wrong + &range_in_words(key))?;
     check(&key.allowed, &key.unit, &value)?;
     Ok(value)
 }
@@ -33,6 +33,15 @@ pub fn parse_for_request(key: &Key, text: &str) -> Result<Value, String> {
     }
     check(allowed, &key.unit, &value)?;
     Ok(value)
+}
+
+/// The range of a key, to be added to what is wrong with a value that is no number.
+fn range_in_words(key: &Key) -> String {
+    match &key.allowed {
+        Allowed::Range { low, high: Some(high) } => format!("; give one from {low} to {high} ({})", key.unit),
+        Allowed::Range { low, high: None } => format!("; give {low} or more ({})", key.unit),
+        Allowed::Anything | Allowed::Words(_) => String::new(),
+    }
 }
 
 fn typed(like: &Value, text: &str) -> Result<Value, String> {

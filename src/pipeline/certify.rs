@@ -355,6 +355,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     context.put_json("report.json", &certified.certificate).await?;
     let certificate = &certified.certificate;
     let mut summary = json!({
+        "bundle_id": inputs.identity.id,
         "objects": inputs.composition.recognition.objects.len(),
         "table": inputs.composition.recognition.table.label,
         "text": inputs.composition.account,

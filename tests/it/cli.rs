@@ -1,6 +1,8 @@
 //! Commands of the program.
 
 mod commands;
+mod outputs;
+mod messages;
 mod edits;
 mod episodes;
 mod executions;

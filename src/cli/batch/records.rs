@@ -16,9 +16,6 @@ pub(super) const OUTPUT: &str = "output.jsonl";
 /// Requests that have no bundle.
 pub(super) const ERRORS: &str = "errors.jsonl";
 
-/// Names that a folder of a batch has from the beginning of its first run.
-pub(super) const NAMES: [&str; 2] = [OUTPUT, "output.jsonl.part"];
-
 /// The two files.
 pub(super) struct Records {
     out: PathBuf,

@@ -5,8 +5,10 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use crate::cli::{Exit, Failure};
+use crate::cli::{Failure, input_file};
 use batches::{BatchRequest, LineReader, OutputError, Recipe};
+
+const ADVICE: &str = "give a .jsonl file with one request per line, or a recipe in a .json file";
 
 /// Largest recipe, bytes.
 const MAX_RECIPE_BYTES: u64 = 64 << 20;
@@ -47,7 +49,7 @@ impl Source {
     ) -> Result<Self, Failure> {
         let about = std::fs::metadata(path).map_err(|error| unreadable(path, &error))?;
         if !about.is_file() {
-            return Err(Failure::usage(format!("{} is not a file", path.display())));
+            return Err(Failure::usage(format!("{} is not a file; {ADVICE}", path.display())));
         }
         let kind = match path.extension().and_then(|extension| extension.to_str()) {
             Some("jsonl" | "ndjson") => Kind::Lines,
@@ -122,12 +124,13 @@ impl Source {
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::new(Exit::Usage, format!("cannot read {}: {error}", path.display()))
+    input_file::unreadable(path, "the requests", error, ADVICE)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::Exit;
 
     fn file(name: &str, content: &str) -> (tempfile::TempDir, PathBuf) {
         let home = tempfile::tempdir().expect("temporary directory");

@@ -68,7 +68,13 @@ impl Survey<'_> {
                 }
                 Ok(request) => match self.refused(&mut registry, entry.place, &request) {
                     Some(line) => Some(line),
-                    None => self.finished(&stock, &request, money).await?,
+                    None => {
+                        let finished = self.finished(&stock, &request, money).await?;
+                        if finished.is_none() {
+                            self.bundles.check_free(&request.custom_id)?;
+                        }
+                        finished
+                    }
                 },
             };
             if let Some(line) = &line {

@@ -176,13 +176,19 @@ fn what_will_not_do_is_said_before_the_work() {
     write("full/thesis.tex", "years of work");
     for (arguments, says) in [
         (vec!["good.jsonl"], "--out"),
-        (vec!["missing.jsonl", "--out", "out"], "missing.jsonl: No such file"),
+        (
+            vec!["missing.jsonl", "--out", "out"],
+            "cannot read the requests missing.jsonl: there is no such file",
+        ),
         (vec!["full", "--out", "out"], "is not a file"),
         (vec!["notes.txt", "--out", "out"], "neither .jsonl"),
         (vec!["slots.json", "--out", "out"], "/slots/color: has no values"),
-        (vec!["good.jsonl", "--out", "full"], "holds no batch"),
+        (
+            vec!["good.jsonl", "--out", "full"],
+            "--out full is not empty and holds files that are no part of a batch",
+        ),
         (vec!["good.jsonl", "--out", "notes.txt"], "is a file"),
-        (vec!["good.jsonl", "--out", "out", "--workers", "0"], "worker.concurrency (--workers): 0"),
+        (vec!["good.jsonl", "--out", "out", "--workers", "65"], "worker.concurrency (--workers): 65"),
         (vec!["good.jsonl", "--out", "out", "--budget=-1"], "--budget must be from 0"),
         (vec!["good.jsonl", "--out", "out", "--set", "dro.keeep=2"], "nearest is dro.keep"),
     ] {

@@ -49,7 +49,7 @@ fn scene(x_m: f64) -> Value {
 }
 
 /// Writes the files that the commands read of a bundle, and their manifest.
-fn bundle(home: &Path, name: &str, x_m: f64) -> PathBuf {
+pub(super) fn bundle(home: &Path, name: &str, x_m: f64) -> PathBuf {
     let mut top = Image::filled(20, 10, [200, 190, 180, 255]);
     top.set_pixel((10.0 + x_m * 10.0) as u32, 5, [20, 20, 20, 255]);
     let files = [
@@ -90,8 +90,14 @@ fn an_edit_that_will_not_do_is_refused_before_the_work() {
         (edit(&["empty", tidy[0], tidy[1]]), "empty is no bundle: it has no manifest.json"),
         (edit(&["bad.json", tidy[0], tidy[1]]), "bad.json is no bundle"),
         (edit(&["changed", tidy[0], tidy[1]]), "glb/mug_1.glb of the bundle changed was changed"),
-        (edit(&["mug", "--operations", "bad.json"]), "--operations: is no JSON"),
-        (edit(&["mug", "--operations", "none.json"]), "cannot read the file none.json"),
+        (
+            edit(&["mug", "--operations", "bad.json"]),
+            "bad.json cannot be read as the operations, it is no JSON",
+        ),
+        (
+            edit(&["mug", "--operations", "none.json"]),
+            "cannot read the operations none.json: there is no such file",
+        ),
         (edit(&["mug", "--operations", "[]"]), "--operations must have 1 to 64 operations"),
         (
             edit(&["mug", "--operations", "[{\"op\": \"tidy\"}, {\"op\": \"remove\"}]"]),

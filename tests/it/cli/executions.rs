@@ -68,7 +68,11 @@ fn an_executed_task_is_done_in_the_last_frame_and_not_in_the_first() {
     let arguments = ["judge", "--bundle", "scene", "--task", "run/task.json", "--state", "state.json"];
     let refused = run(at, &arguments);
     assert_eq!(refused.status.code(), Some(2), "{}", text(&refused.stdout));
-    assert!(text(&refused.stderr).contains("state.json is no state"), "{}", text(&refused.stderr));
+    assert!(
+        text(&refused.stderr).contains("state.json cannot be read as the state"),
+        "{}",
+        text(&refused.stderr)
+    );
 }
 
 /// The base stands at a given place, and is refused where the arm is not free.
