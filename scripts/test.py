@@ -15,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import cargo_results
+import documented
 import edit_sample
 import postgres
 import rest_sample
@@ -81,6 +82,7 @@ def main() -> int:
         ("categories", lambda: check_categories(target)),
         ("edits", lambda: check_edits(target, environment)),
         ("robot and episodes", lambda: check_robot(target)),
+        ("documents", lambda: documented.check(target / "debug" / "tabletopgen")),
         ("layers of USD", judge_layers_beside_kills),
         ("judges' own test", lambda: test_judges(target, environment)),
         ("killed while models are asked", lambda: finish_kills(kills)),
