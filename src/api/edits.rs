@@ -143,7 +143,7 @@ fn read_text(
     max_chars: usize,
     read_instruction: &ReadInstruction,
 ) -> (Result<Vec<EditOperation>, FieldError>, Option<String>) {
-    if text.trim().is_empty() {
+    if !text.contains(char::is_alphanumeric) {
         return (Err(FieldError::new("/text", "is empty; say what to change")), None);
     }
     match check_text(text, max_chars) {

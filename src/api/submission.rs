@@ -256,7 +256,8 @@ pub fn validate(
 pub(super) fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
     let length = text.chars().count();
     let text = text.trim();
-    if text.is_empty() {
+    if !text.contains(char::is_alphanumeric) {
+        // Marks and emoji alone ask for no more than an empty text.
         Err("is empty; describe a table and what lies on it".into())
     } else if length > max_chars {
         Err(format!("has {length} characters; say it in at most {max_chars}"))

@@ -67,10 +67,11 @@ fn is_first(account: &TextAccount, part: &Understood) -> bool {
 /// Widest column of words; longer ones push the rest of their line.
 const MAX_WIDTH: usize = 40;
 
-/// The words of the text for an object.
+/// The noun of the text for an object: the longest of the words that name it, of equally long ones the first.
 fn words_of(account: &TextAccount, id: &InstanceId) -> String {
     let names = |meaning: &TextMeaning| matches!(meaning, TextMeaning::Object { objects, .. } if objects.contains(id));
-    let part = account.understood.iter().find(|part| names(&part.meaning));
+    let parts = account.understood.iter().rev().filter(|part| names(&part.meaning));
+    let part = parts.max_by_key(|part| part.span.text.len());
     part.map(|part| quoted(&part.span.text)).unwrap_or_default()
 }
 

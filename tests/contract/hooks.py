@@ -127,7 +127,12 @@ def proper(template: str) -> str:
     """The text without braces that are not about the name of a slot."""
     parts = re.split(f"({SLOT.replace('(', '').replace(')', '')})", template)
     parts[::2] = [part.replace("{", "").replace("}", "") for part in parts[::2]]
-    return "".join(parts) if "".join(parts).strip() else "a mug"
+    return "".join(parts) if says_something("".join(parts)) else "a mug"
+
+
+def says_something(text: str) -> bool:
+    """Whether the text has a letter or a digit; marks alone are an empty text."""
+    return any(char.isalnum() for char in text)
 
 
 def of_few_combinations(body: dict):
@@ -225,6 +230,8 @@ def replace_in_submission(case):
     for name, hours in HOURS_FROM_NOW.items():
         if request.get(name) is not None:
             request[name] = (now + datetime.timedelta(hours=hours)).isoformat()
+    if isinstance(request.get("text"), str) and not says_something(request["text"]):
+        request["text"] = SENTENCES[0]
     options = request.get("options") or {}
     possible_options(options, settings_of(case))
     if case.operation.label == "POST /scenes" and (case.query or {}).get("validate_only") in (True, "true"):

@@ -81,7 +81,7 @@ impl BatchRequest {
         if body.text.is_none() && body.image.is_none() {
             wrong("/body".into(), "must have `text`, `image`, or both; there is none".into());
         }
-        if body.text.as_ref().is_some_and(|text| text.trim().is_empty()) {
+        if body.text.as_ref().is_some_and(|text| !text.contains(char::is_alphanumeric)) {
             wrong("/body/text".into(), "is empty; describe a table and what lies on it".into());
         }
         if body.seed.is_some_and(|seed| seed > MAX_SEED) {

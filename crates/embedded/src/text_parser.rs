@@ -22,6 +22,7 @@ mod correction;
 mod language;
 mod position_verbs;
 mod account;
+mod property;
 mod measures;
 mod quantity;
 mod phrase;
@@ -49,6 +50,7 @@ use self::account::Claimed;
 use self::draft::Draft;
 use self::grammar::ParsedText;
 use self::lexicon::{Lexicon, Meaning};
+use self::property::Property;
 pub(crate) use self::table_choice::shape_of as table_shape;
 use self::themes::Theme;
 use self::tokens::Source;
@@ -234,7 +236,8 @@ fn describe_with(
             parsed.account.report(range, UnrecognizedReason::NotExpressible);
         }
     }
-    parsed.account.close(&source, lexicon.vocabulary);
+    counts::retract_others(&draft, &mut parsed, &source);
+    parsed.account.close(&source, lexicon);
     let ids = draft.ids();
     let predicates: Vec<GoalPredicate> = goals
         .predicates
@@ -350,7 +353,7 @@ fn report_measures(draft: &Draft, parsed: &mut ParsedText, object: usize) {
         .claims
         .iter()
         .filter_map(|claim| match &claim.meaning {
-            Claimed::Property { property: "size" | "volume" | "mass", mentions }
+            Claimed::Property { property: Property::Size | Property::Volume | Property::Mass, mentions }
                 if mentions.contains(&mention) =>
             {
                 Some(claim.tokens.clone())
@@ -367,7 +370,7 @@ fn report_measures(draft: &Draft, parsed: &mut ParsedText, object: usize) {
 /// Reports the last measure of an object as a contradiction of those before it.
 fn report_last_measure(draft: &Draft, parsed: &mut ParsedText, object: usize) {
     let Some(mention) = draft.of_mention.iter().position(|objects| objects.contains(&object)) else { return };
-    let is_size = |meaning: &Claimed| matches!(meaning, Claimed::Property { property: "size", mentions } if mentions.contains(&mention));
+    let is_size = |meaning: &Claimed| matches!(meaning, Claimed::Property { property: Property::Size, mentions } if mentions.contains(&mention));
     let last = parsed.account.claims.iter().rev().find(|claim| is_size(&claim.meaning));
     if let Some(tokens) = last.map(|claim| claim.tokens.clone()) {
         parsed.account.retract(&tokens);

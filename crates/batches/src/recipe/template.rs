@@ -21,7 +21,7 @@ impl Template {
         text: &str,
         mut slot_of: impl FnMut(&str) -> Result<usize, String>,
     ) -> Result<Self, String> {
-        if text.trim().is_empty() {
+        if !text.contains(char::is_alphanumeric) {
             return Err("is empty; describe a table and what lies on it".into());
         }
         let mut template = Self { parts: Vec::new(), slots: Vec::new() };

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::lexicon::Meaning;
+use super::lexicon::{Lexicon, Meaning};
+use super::property::Property;
 use super::tokens::{Source, Token};
 use super::vocabulary::Vocabulary;
 use scene::RelationKind;
@@ -19,8 +20,20 @@ pub(super) struct Claim {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Claimed {
     Object(usize),
-    Property { property: &'static str, mentions: Vec<usize> },
-    Relation { kind: RelationKind, from: Vec<usize>, to: Vec<usize> },
+    Property {
+        property: Property,
+        mentions: Vec<usize>,
+    },
+    Relation {
+        kind: RelationKind,
+        from: Vec<usize>,
+        to: Vec<usize>,
+    },
+    /// The relations that the objects of a list have to their host ("holding").
+    Linked {
+        from: Vec<usize>,
+        to: Vec<usize>,
+    },
     Arrangement(usize),
     Exclusion(Vec<Meaning>),
     Goal(usize),
@@ -62,6 +75,9 @@ impl Account {
     }
 
     pub fn claim(&mut self, tokens: Range<usize>, meaning: Claimed) {
+        if tokens.is_empty() {
+            return;
+        }
         self.used(tokens.clone());
         self.claims.push(Claim { tokens, meaning });
     }
@@ -94,8 +110,11 @@ impl Account {
         self.accounted.get(token).is_some_and(|accounted| !accounted)
     }
 
-    /// Reports every remaining word that is not ignorable; neighbors with one reason are one report.
-    pub fn close(&mut self, source: &Source, vocabulary: &Vocabulary) {
+    /// Reports every remaining word that is not ignorable; neighbors with one reason are one report. What is claimed as
+    /// a property and is no value of it is reported, too.
+    pub fn close(&mut self, source: &Source, lexicon: &Lexicon) {
+        let vocabulary = lexicon.vocabulary;
+        self.report_misread(source, lexicon);
         let mut previous: Option<(usize, UnrecognizedReason)> = None;
         for token in 0..source.tokens.len() {
             let reason = match &source.tokens[token] {
@@ -111,22 +130,83 @@ impl Account {
             previous = Some((token + 1, reason));
         }
         self.reports.sort_by_key(|report| report.tokens.start);
+        self.separate(source, lexicon);
         self.claims.sort_by_key(|claim| claim.tokens.start);
         self.spread(source, vocabulary);
     }
 
-    /// Gives words of a construction ("without" of an exclusion, "three" of an object) the meaning of the claim after
-    /// them, or before them.
+    /// Reports the claims of properties whose words are no value of the property.
+    fn report_misread(&mut self, source: &Source, lexicon: &Lexicon) {
+        let is_misread = |claim: &Claim| match &claim.meaning {
+            Claimed::Property { property, .. } => !property.reads(lexicon, &source.tokens, &claim.tokens),
+            _ => false,
+        };
+        let misread: Vec<Range<usize>> =
+            self.claims.iter().filter(|claim| is_misread(claim)).map(|claim| claim.tokens.clone()).collect();
+        self.claims.retain(|claim| !is_misread(claim));
+        for tokens in misread {
+            self.report(tokens, UnrecognizedReason::NotExpressible);
+        }
+    }
+
+    /// Gives every word to one kind of meaning: where claims overlap, the longer one keeps what the others leave.
+    fn separate(&mut self, source: &Source, lexicon: &Lexicon) {
+        let mut claims = std::mem::take(&mut self.claims);
+        claims.sort_by_key(|claim| (claim.tokens.len(), claim.tokens.start));
+        let mut owners: Vec<Option<(Range<usize>, bool)>> = vec![None; source.tokens.len()];
+        for claim in claims {
+            if matches!(claim.meaning, Claimed::Correction(_)) {
+                self.claims.push(claim);
+                continue;
+            }
+            let is_property = matches!(claim.meaning, Claimed::Property { .. });
+            let own = (claim.tokens.clone(), is_property);
+            let is_free = |token: &usize| owners.get(*token).is_some_and(Option::is_none);
+            let shares = claim.tokens.clone().all(|token| {
+                owners.get(token).is_some_and(|owner| owner.as_ref().is_none_or(|owner| *owner == own))
+            });
+            let left = if shares { claim.tokens.clone() } else { longest_run(claim.tokens.clone(), is_free) };
+            let reads = match &claim.meaning {
+                Claimed::Property { property, .. } => property.reads(lexicon, &source.tokens, &left),
+                _ => true,
+            };
+            let says_more = matches!(
+                claim.meaning,
+                Claimed::Relation { .. }
+                    | Claimed::Linked { .. }
+                    | Claimed::Arrangement(_)
+                    | Claimed::Goal(_)
+            );
+            let tokens = if !left.is_empty() && reads {
+                left
+            } else if says_more {
+                // The objects of a row may be all that names it.
+                claim.tokens.clone()
+            } else {
+                continue;
+            };
+            for token in tokens.clone() {
+                if let Some(owner) = owners.get_mut(token) {
+                    owner.get_or_insert((tokens.clone(), is_property));
+                }
+            }
+            self.claims.push(Claim { tokens, meaning: claim.meaning });
+        }
+    }
+
+    /// Gives words of a construction ("without" of an exclusion, "into" of a goal) the meaning of a claim in their
+    /// sentence: of a word of the grammar a claim before or after it that is no name of an object, of other words the
+    /// claim after or before them. A property is stated by its own words only.
     fn spread(&mut self, source: &Source, vocabulary: &Vocabulary) {
-        let mut meaning: Vec<Option<usize>> = vec![None; source.tokens.len()];
+        let (mut named, mut said) = (vec![None; source.tokens.len()], vec![None; source.tokens.len()]);
         let mut is_covered = vec![false; source.tokens.len()];
         for (index, claim) in self.claims.iter().enumerate() {
-            for token in claim.tokens.clone() {
-                if let (Some(slot), Some(covered)) = (meaning.get_mut(token), is_covered.get_mut(token)) {
-                    // A correction is about its own word only.
-                    let is_correction = matches!(claim.meaning, Claimed::Correction(_));
-                    *slot = if is_correction { *slot } else { Some(index) };
-                    *covered = true;
+            for token in claim.tokens.clone().filter(|&token| token < source.tokens.len()) {
+                is_covered[token] = true;
+                match claim.meaning {
+                    Claimed::Correction(_) | Claimed::Property { .. } => {}
+                    Claimed::Object(_) => named[token] = Some(index),
+                    _ => said[token] = Some(index),
                 }
             }
         }
@@ -143,26 +223,48 @@ impl Account {
                     _ => false,
                 }
         };
-        // The nearest claim before and after each token.
-        let before: Vec<Option<usize>> = meaning
-            .iter()
-            .scan(None, |last, index| {
-                *last = index.or(*last);
-                Some(*last)
+        let is_grammar = |token: usize| {
+            source.tokens[token].word().is_some_and(|word| {
+                super::verbs::verbs().is_form(word) || vocabulary.grammar.boundaries.contains(word)
             })
-            .collect();
-        let mut after = None;
-        let mut spread = Vec::new();
-        for token in (0..source.tokens.len()).rev() {
-            after = meaning[token].or(after);
-            if needs(token)
-                && let Some(index) = after.or(before[token])
-            {
-                spread.push(Claim { tokens: token..token + 1, meaning: self.claims[index].meaning.clone() });
+        };
+        for token in (0..source.tokens.len()).filter(|&token| needs(token)) {
+            let in_sentence = |token: &usize| source.tokens[*token] != Token::End;
+            let before = || (0..token).rev().take_while(in_sentence);
+            let after = || (token..source.tokens.len()).take_while(in_sentence);
+            let any = |token: usize| named[token].or(said[token]);
+            let of_grammar =
+                || before().find_map(|token| said[token]).or_else(|| after().find_map(|token| said[token]));
+            let found = is_grammar(token)
+                .then(of_grammar)
+                .flatten()
+                .or_else(|| after().find_map(any))
+                .or_else(|| before().find_map(any));
+            let tokens = token..token + 1;
+            match found {
+                Some(index) => {
+                    let meaning = self.claims[index].meaning.clone();
+                    self.claims.push(Claim { tokens, meaning });
+                }
+                None => self.reports.push(Report { tokens, reason: UnrecognizedReason::NotExpressible }),
             }
         }
-        self.claims.extend(spread);
+        self.reports.sort_by_key(|report| report.tokens.start);
     }
+}
+
+/// The longest run of tokens with a condition, the first of equally long ones.
+fn longest_run(tokens: Range<usize>, holds: impl Fn(&usize) -> bool) -> Range<usize> {
+    let mut longest = tokens.start..tokens.start;
+    let mut at = tokens.start;
+    while at < tokens.end {
+        let length = (at..tokens.end).take_while(&holds).count();
+        if length > longest.len() {
+            longest = at..at + length;
+        }
+        at += length + 1;
+    }
+    longest
 }
 
 /// The reason to report a word that no rule has used; `None` if it is ignorable.
@@ -183,7 +285,7 @@ fn reason_for(word: &str, vocabulary: &Vocabulary) -> Option<UnrecognizedReason>
 
 #[cfg(test)]
 mod tests {
-    use super::super::vocabulary::vocabulary;
+    use super::super::LEXICON;
     use super::*;
 
     #[test]
@@ -198,7 +300,7 @@ mod tests {
         ] {
             let source = Source::read(text);
             let mut account = Account::new(source.tokens.len());
-            account.close(&source, vocabulary());
+            account.close(&source, &LEXICON);
             let reports: Vec<_> = account.reports.iter().map(|r| (r.tokens.clone(), r.reason)).collect();
             assert_eq!(reports, expected, "{text}");
         }

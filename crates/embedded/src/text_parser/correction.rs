@@ -3,6 +3,7 @@
 //! (`grammar.rare_nouns`).
 
 use super::lexicon::Lexicon;
+use super::phrases::phrases;
 use super::tokens::{Source, Token};
 use super::verbs::verbs;
 use runtime::edit_distance;
@@ -51,6 +52,8 @@ pub(super) fn is_known(lexicon: &Lexicon, word: &str) -> bool {
         || verbs().asks_for_scene(word)
         || super::phrase::is_boundary(vocabulary, word)
         || lexicon.themes.has_word(word)
+        || phrases().agent.persons.has(word)
+        || verbs().participle(word).is_some()
 }
 
 /// Corrects misspelled words; the corrected tokens with their words.

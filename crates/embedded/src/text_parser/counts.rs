@@ -1,13 +1,18 @@
 //! Instantiates mentions: number and categories of their objects.
 
+use std::collections::BTreeSet;
+
 use rand::RngExt;
 
 use super::DescribeError;
+use super::account::Claimed;
 use super::draft::{Draft, Kind};
 use super::grammar::{LinkKind, Mention, ParsedText};
 use super::lexicon::Meaning;
 use super::phrase::Attributes;
+use super::property::{Property, number};
 use super::themes::VagueSet;
+use super::tokens::Source;
 use runtime::seed::child_rng;
 use scene::RelationKind;
 
@@ -66,6 +71,22 @@ pub(super) fn instantiate(draft: &mut Draft, parsed: &ParsedText, limit: usize) 
         draft.of_mention.push(made);
     }
     Ok(())
+}
+
+/// Retracts the counts that are not the numbers of their objects ("three" of "three stacks of two books"); their words
+/// then belong to the names of the objects.
+pub(super) fn retract_others(draft: &Draft, parsed: &mut ParsedText, source: &Source) {
+    let made = |mentions: &[usize]| {
+        let objects: BTreeSet<usize> = mentions.iter().flat_map(|&m| draft.of_mention[m].clone()).collect();
+        objects.len() as u32
+    };
+    parsed.account.claims.retain(|claim| match &claim.meaning {
+        Claimed::Property { property: Property::Count, mentions } if !mentions.is_empty() => {
+            number(draft.lexicon, &source.tokens, &claim.tokens)
+                .is_none_or(|[low, high]| (low..=high).contains(&made(mentions)))
+        }
+        _ => true,
+    });
 }
 
 /// "a box with an apple in it": a box without another name is open if it holds something.

@@ -52,6 +52,7 @@ mod steps;
 mod table_size;
 mod targets;
 mod unnamed;
+mod unread;
 mod with_list;
 
 use std::ops::Range;
@@ -61,6 +62,7 @@ use glam::DVec2;
 use super::account::{Account, Claimed};
 use super::lexicon::{Lexicon, Meaning};
 use super::phrase::{Attributes, Determiner, Group, Head, NounPhrase, Selector};
+use super::property::Property;
 use super::tokens::{Source, Token, word};
 use super::verbs::Frame;
 pub(super) use goals::{GoalDraft, GoalKind};
@@ -479,11 +481,11 @@ impl<'a> Parser<'a, '_> {
         if let Some((frame, tokens)) = self.arranged_next.take() {
             if frame == Frame::Stack && matches!(self.word_at(tokens.start), Some("pile" | "heap")) {
                 self.parsed.mentions[mention].stacked = true;
-                self.claim_property(tokens.clone(), "arrangement", vec![mention]);
+                self.claim_property(tokens.clone(), Property::Arrangement, vec![mention]);
                 self.grouped(mention, Group::Pile, None, tokens);
             } else if frame == Frame::Stack {
                 self.parsed.mentions[mention].stacked = true;
-                self.claim_property(tokens, "arrangement", vec![mention]);
+                self.claim_property(tokens, Property::Arrangement, vec![mention]);
             } else {
                 self.arrange(vec![mention], Group::Row, None, tokens);
                 // "line up a fork, a spoon and a knife".
@@ -525,7 +527,7 @@ impl<'a> Parser<'a, '_> {
         let shape = self.table_shape();
         let contradicts = self.is_other_shape(shape.as_deref(), attributes.shape.as_deref());
         for (property, range) in properties {
-            if contradicts && property == "shape" {
+            if contradicts && property == Property::Shape {
                 self.report(range, UnrecognizedReason::Contradiction);
             } else {
                 self.parsed.account.claim(range, Claimed::Table);
@@ -539,7 +541,7 @@ impl<'a> Parser<'a, '_> {
     }
 
     /// Adds a claim of a property of mentions.
-    fn claim_property(&mut self, tokens: Range<usize>, property: &'static str, mentions: Vec<usize>) {
+    fn claim_property(&mut self, tokens: Range<usize>, property: Property, mentions: Vec<usize>) {
         self.parsed.account.claim(tokens, Claimed::Property { property, mentions });
     }
 }

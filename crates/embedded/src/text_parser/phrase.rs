@@ -18,6 +18,7 @@ use std::ops::Range;
 
 use super::lexicon::{Lexicon, Meaning};
 use super::measures::read_measure;
+use super::property::Property;
 use super::quantity::quantity;
 use super::tokens::{Token, word};
 pub(super) use attributes::Attributes;
@@ -67,7 +68,7 @@ pub(super) enum Group {
 }
 
 /// A property and the tokens that describe it.
-pub(super) type PropertySpan = (&'static str, Range<usize>);
+pub(super) type PropertySpan = (Property, Range<usize>);
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct NounPhrase {
@@ -99,6 +100,8 @@ pub(super) struct NounPhrase {
     pub tokens: Range<usize>,
     pub head_tokens: Range<usize>,
     pub properties: Vec<PropertySpan>,
+    /// Numbers and quantities.
+    pub counts: Vec<Range<usize>>,
     /// Words of the phrase without an effect.
     pub reports: Vec<(Range<usize>, UnrecognizedReason)>,
 }
@@ -131,6 +134,7 @@ impl NounPhrase {
             head_tokens: tokens.clone(),
             tokens,
             properties: Vec::new(),
+            counts: Vec::new(),
             reports: Vec::new(),
         }
     }
@@ -142,6 +146,7 @@ impl NounPhrase {
         shift(&mut self.head_tokens);
         self.properties.iter_mut().for_each(|(_, tokens)| shift(tokens));
         self.states.iter_mut().for_each(|(_, tokens)| shift(tokens));
+        self.counts.iter_mut().for_each(shift);
         self.reports.iter_mut().for_each(|(tokens, _)| shift(tokens));
         if let Some((_, tokens)) = &mut self.group {
             shift(tokens);
@@ -186,9 +191,21 @@ pub(super) fn noun_phrase(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Opt
         chunk.phrase.plural = true;
     }
     if chunk.phrase.head_tokens.is_empty() {
-        chunk.phrase.head_tokens = at..end;
+        chunk.phrase.head_tokens = headless(&chunk.phrase, at..end);
     }
     Some((chunk.phrase, end))
+}
+
+/// What names the objects of a phrase without a head: its last word that says nothing else ("one" of "the blue one").
+fn headless(phrase: &NounPhrase, tokens: Range<usize>) -> Range<usize> {
+    if phrase.properties.is_empty() && phrase.counts.is_empty() && phrase.states.is_empty() {
+        return tokens;
+    }
+    let spans = phrase.properties.iter().map(|(_, span)| span);
+    let says: Vec<&Range<usize>> =
+        spans.chain(&phrase.counts).chain(phrase.states.iter().map(|(_, span)| span)).collect();
+    let name = tokens.clone().rev().find(|token| says.iter().all(|span| !span.contains(token)));
+    name.map_or(tokens.end..tokens.end, |token| token..token + 1)
 }
 
 /// Maximum number of tokens before the head.
@@ -252,7 +269,15 @@ impl<'a> Chunk<'a, '_> {
         Some(length)
     }
 
-    fn property(&mut self, property: &'static str, length: usize) {
+    /// Notes the words of a number; "two" and "pairs of" are one.
+    fn counted(&mut self, tokens: Range<usize>) {
+        match self.phrase.counts.last_mut().filter(|last| last.end == tokens.start) {
+            Some(last) => last.end = tokens.end,
+            None => self.phrase.counts.push(tokens),
+        }
+    }
+
+    fn property(&mut self, property: Property, length: usize) {
         self.phrase.properties.push((property, self.at..self.at + length));
     }
 
@@ -290,6 +315,7 @@ impl<'a> Chunk<'a, '_> {
                 self.phrase.determiner = Determiner::Definite;
                 let joins = matches!(self.word(1), Some("the" | "a" | "an" | "my"));
                 self.phrase.count = Some([2, 2]).filter(|_| !joins);
+                self.counted(self.at..self.at + 1);
                 self.determined = true;
                 self.at += 1 + usize::from(self.word(1) == Some("of"));
                 continue;
@@ -299,6 +325,7 @@ impl<'a> Chunk<'a, '_> {
                 && !(self.determined && self.is_one(self.at))
             {
                 self.count(range);
+                self.counted(self.at..self.at + length);
                 self.at += length;
                 continue;
             }
@@ -307,10 +334,7 @@ impl<'a> Chunk<'a, '_> {
                     self.at += 1;
                     continue;
                 }
-                // "a black, a white and a red bowl", "the other.".
-                let counted = self.phrase.count.is_some() || self.phrase.determiner != Determiner::New;
-                let described = self.phrase.properties.iter().any(|(property, _)| *property != "arrangement");
-                return (counted && described || self.alone).then_some(());
+                return self.is_elliptic().then_some(());
             };
             let known = self.lexicon.longest_at(self.tokens, self.at);
             let joint = self.of_length();
@@ -355,7 +379,7 @@ impl<'a> Chunk<'a, '_> {
                         self.phrase.stack_size = Some(0);
                     }
                     self.determined = true;
-                    self.property("arrangement", 1 + joint);
+                    self.property(Property::Arrangement, 1 + joint);
                     self.at += joint;
                 }
                 _ if of && group_of(w).is_some() && (known.is_none() || self.is_of_many(joint)) => {
@@ -390,7 +414,7 @@ impl<'a> Chunk<'a, '_> {
                 }
                 "stacked" => {
                     self.phrase.stacked = true;
-                    self.property("arrangement", 1);
+                    self.property(Property::Arrangement, 1);
                 }
                 "same" | "identical" | "more" | "additional" | "further" | "extra"
                     if self.determined && starts_noun(self.lexicon, self.tokens, self.at + 1) =>
@@ -428,7 +452,15 @@ impl<'a> Chunk<'a, '_> {
             }
             self.at += 1;
         }
-        None
+        // "... and 1 green" at the end of the text.
+        self.is_elliptic().then_some(())
+    }
+
+    /// Whether the phrase may end without a head: "a black, a white and a red bowl", "the other.".
+    fn is_elliptic(&self) -> bool {
+        let counted = self.phrase.count.is_some() || self.phrase.determiner != Determiner::New;
+        let described = self.phrase.properties.iter().any(|(property, _)| *property != Property::Arrangement);
+        counted && described || self.alone
     }
 
     /// "a small, red mug": another modifier of the same noun follows the comma.

@@ -82,8 +82,26 @@ pub(super) struct Exclusion {
 pub(super) struct Agent {
     pub names: PhraseList,
     pub adjectives: PhraseList,
+    /// Robots and people by their names and roles.
+    pub persons: PhraseList,
+    /// Words that stand for an agent before a verb.
+    pub pronouns: PhraseList,
+    /// People at a table.
+    pub people: PhraseList,
     /// Verbs that make an agent act.
     pub causes: PhraseList,
+    /// Verbs whose subject may be an object where it is.
+    pub stative: PhraseList,
+    /// Verbs of seeing ("you can find two apples").
+    pub perceives: PhraseList,
+    /// Nouns of actions ("placement of the egg in the bowl").
+    pub actions: PhraseList,
+    /// Before a condition that a scene cannot show.
+    pub conditions: PhraseList,
+    /// Before the other outcome of a condition.
+    pub alternatives: PhraseList,
+    /// After "if", what asks for no condition ("if possible").
+    pub formulas: PhraseList,
 }
 
 /// Headings of the end state: "the goal state has".

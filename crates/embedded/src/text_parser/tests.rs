@@ -1,11 +1,13 @@
 //! Sentences with the expected parses.
 
+mod accounts;
 mod attachment;
 mod data_set_tasks;
 mod descriptions;
 mod goals;
 mod kinds;
 mod names;
+mod narrated;
 
 use super::*;
 

@@ -52,6 +52,12 @@ impl Source {
         source
     }
 
+    /// Whether the text writes the token with a capital letter.
+    pub fn is_capitalized(&self, token: usize) -> bool {
+        let span = self.spans.get(token).cloned().unwrap_or_default();
+        self.text[span].chars().next().is_some_and(char::is_uppercase)
+    }
+
     pub fn push(&mut self, token: Token, span: Range<usize>) {
         self.tokens.push(token);
         self.spans.push(span);

@@ -312,6 +312,7 @@ impl Parser<'_, '_> {
         }
         if self.verb_begins(next).is_some_and(|length| self.phrase_or_end(next + length))
             || verbs().opener_at(self.tokens, next).is_some()
+            || self.agent_opener(next).is_some()
             || self.is_statement(next)
         {
             return false;

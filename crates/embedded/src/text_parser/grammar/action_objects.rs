@@ -4,6 +4,7 @@ use super::action::{Action, Part, PathKind};
 use super::{Parser, Referent};
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrase::{Determiner, Head, NounPhrase, color_of, noun_phrase};
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::{Token, match_phrase};
 use crate::text_parser::verbs::{Frame, verbs};
 
@@ -306,7 +307,7 @@ impl Parser<'_, '_> {
         phrase.determiner = Determiner::Definite;
         phrase.attributes.colors = vec![color];
         phrase.attributes.color_words = vec![word.to_owned()];
-        phrase.properties.push(("color", at..at + 1));
+        phrase.properties.push((Property::Color, at..at + 1));
         Some((phrase, at + 1))
     }
 

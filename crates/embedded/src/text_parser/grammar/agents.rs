@@ -12,7 +12,7 @@ impl Parser<'_, '_> {
     /// "from the left arm", "to the right gripper": the arms of the robot are no objects. Whether the rule applies.
     pub(super) fn other_arm(&mut self, action: &mut Action) -> bool {
         let from = self.word(0) == Some("from");
-        if !from && !matches!(self.word(0), Some("to" | "with" | "using" | "into")) {
+        if !from && !matches!(self.word(0), Some("to" | "with" | "using" | "into" | "by")) {
             return false;
         }
         let Some(length) = self.agent_length(self.at + 1) else { return false };
@@ -24,7 +24,8 @@ impl Parser<'_, '_> {
         let ends = matches!(self.tokens.get(end), None | Some(Token::Pause | Token::End))
             || matches!(self.word_at(end), Some("to" | "and" | "then" | "from"));
         // "the cube towards the robot" has a place.
-        if !is_arm || !ends || self.word_at(end - 1) == Some("robot") {
+        let has_place = self.word_at(end - 1) == Some("robot") && self.word(0) != Some("by");
+        if !is_arm || !ends || has_place {
             return false;
         }
         let tokens = self.at..end;

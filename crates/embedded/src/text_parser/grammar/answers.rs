@@ -5,6 +5,7 @@ use super::{Link, LinkKind, Parser, Referent};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
 use crate::text_parser::phrases::{PhraseList, phrases};
+use crate::text_parser::property::Property;
 use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
@@ -36,7 +37,7 @@ impl Parser<'_, '_> {
             self.parsed.excluded.extend(meanings);
             self.subject.pop();
         } else {
-            self.claim_property(tokens.clone(), "count", vec![last]);
+            self.parsed.account.claim(tokens.clone(), Claimed::Object(last));
         }
         self.at = tokens.end;
         true
@@ -69,7 +70,7 @@ impl Parser<'_, '_> {
             return false;
         }
         self.parsed.people = Some(people);
-        self.claim_property(self.at..colon, "people", Vec::new());
+        self.claim_property(self.at..colon, Property::People, Vec::new());
         self.at = colon + 1;
         let mut host: Option<usize> = None;
         while let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at) {

@@ -6,6 +6,7 @@ use super::{ArrangementDraft, Link, LinkKind, Parser, Referent};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::phrase::{Group, group_of, noun_phrase};
 use crate::text_parser::phrases::phrases;
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
@@ -117,7 +118,7 @@ impl Parser<'_, '_> {
                 if matches!(last.group, Group::Row | Group::Column) {
                     last.group = group;
                 }
-                self.claim_property(tokens, "arrangement", members);
+                self.claim_property(tokens, Property::Arrangement, members);
             }
             _ => self.arrange(members, group, None, tokens),
         }
@@ -335,7 +336,7 @@ impl Parser<'_, '_> {
                 }
             }
         }
-        self.claim_property(tokens, "arrangement", mentions);
+        self.claim_property(tokens, Property::Arrangement, mentions);
         true
     }
 
@@ -357,7 +358,7 @@ impl Parser<'_, '_> {
             let claim = Claimed::Relation { kind, from: vec![second], to: vec![first] };
             self.parsed.account.claim(tokens, claim);
         } else {
-            self.claim_property(tokens, "arrangement", members);
+            self.claim_property(tokens, Property::Arrangement, members);
         }
     }
 }

@@ -4,6 +4,7 @@ use super::{LinkKind, Parser, Referent};
 use crate::text_parser::measures::read_length;
 use crate::text_parser::phrase::{Determiner, Group, Head, NounPhrase, group_of, noun_phrase};
 use crate::text_parser::prepositions::place_at;
+use crate::text_parser::property::Property;
 use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::Token;
 use scene::RelationKind;
@@ -137,7 +138,7 @@ impl Parser<'_, '_> {
         if !(is_stack || group.is_some()) || !is_colon {
             return false;
         }
-        self.claim_property(self.at..p + 1, "arrangement", Vec::new());
+        self.claim_property(self.at..p + 1, Property::Arrangement, Vec::new());
         self.each_member = Some(group.filter(|_| !is_stack));
         self.at = p + 1;
         true

@@ -7,6 +7,7 @@ use super::{Parser, Referent};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrase::{Determiner, Head, NounPhrase, color_of, noun_phrase};
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::{Frame, verbs};
 
@@ -66,12 +67,12 @@ impl Parser<'_, '_> {
             if let Some(color) = color_of(vocabulary, word) {
                 phrase.attributes.colors = vec![color];
                 phrase.attributes.color_words = vec![word.to_owned()];
-                phrase.properties.push(("color", start..end));
+                phrase.properties.push((Property::Color, start..end));
                 return Some((phrase, end));
             }
             if let Some(scale) = vocabulary.sizes.get(word) {
                 phrase.attributes.scale = *scale;
-                phrase.properties.push(("size", start..end));
+                phrase.properties.push((Property::Size, start..end));
                 return Some((phrase, end));
             }
         }

@@ -2,6 +2,7 @@
 
 use super::{Link, LinkKind, Parser, Referent};
 use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
+use crate::text_parser::property::Property;
 
 impl Parser<'_, '_> {
     /// After "of": the contents of a vessel or the load of a board.
@@ -12,14 +13,14 @@ impl Parser<'_, '_> {
                 self.word_at(p).is_some_and(|word| self.lexicon.vocabulary.grammar.substances.contains(word));
             let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) else {
                 if substance {
-                    self.claim_property(self.at..p + 1, "content", vec![vessel]);
+                    self.claim_property(self.at..p + 1, Property::Content, vec![vessel]);
                     self.at = p + 1;
                 }
                 return;
             };
             if substance && phrase.determiner == Determiner::New && phrase.count.is_none() && !phrase.plural {
                 // "a cup of tea": a part of the cup's name.
-                self.claim_property(self.at..p + 1, "content", vec![vessel]);
+                self.claim_property(self.at..p + 1, Property::Content, vec![vessel]);
                 self.at = p + 1;
                 return;
             }

@@ -133,9 +133,42 @@ impl Parser<'_, '_> {
         self.instructed = true;
         self.clause_start = false;
         let verb = if state.link.is_empty() { start..state.at } else { state.link };
-        self.act_on(state.frame, verb, state.at, subjects);
+        self.act_on(state.frame, verb, state.at, subjects.clone());
+        while let Some(state) = self.next_participle() {
+            self.parsed.account.used(self.at..state.at);
+            // "carried over and laid in the bowl".
+            if state.frame == Frame::Place && !self.path_follows(state.at) {
+                self.at = state.at;
+                continue;
+            }
+            self.act_on(state.frame, state.link, state.at, subjects.clone());
+        }
         self.parsed.instructions.push(start..self.at);
         self.subject.clear();
+    }
+
+    /// "and placed" after "should be picked up": another step of the same subjects.
+    fn next_participle(&self) -> Option<EndState> {
+        let mut p = self.at;
+        p += usize::from(matches!(self.tokens.get(p), Some(Token::Pause)));
+        p += usize::from(self.word_at(p) == Some("and"));
+        p += usize::from(matches!(self.word_at(p), Some("then" | "afterwards" | "finally" | "subsequently")));
+        p += usize::from(p > self.at && matches!(self.word_at(p), Some("be" | "is" | "are")));
+        let frame = self.word_at(p).filter(|_| p > self.at).and_then(|word| verbs().participle(word))?;
+        let particle = matches!(self.word_at(p + 1), Some("up" | "over" | "down" | "out" | "away" | "back"));
+        let next = p + 2;
+        let ends = self.word_at(next).is_none_or(|word| word == "and") || self.path_follows(next);
+        let at = p + 1 + usize::from(particle && ends);
+        Some(EndState { frame, link: p..at, at })
+    }
+
+    /// "is grasped and then placed on the plate": what happens, not a state.
+    fn is_taken_elsewhere(&self, at: usize) -> bool {
+        let is = matches!(self.word_at(at), Some("is" | "are" | "gets" | "get"));
+        let taken = self.word_at(at + 1).and_then(|word| verbs().participle(word));
+        let mut rest = (at + 2..at + 7).map_while(|p| self.word_at(p)).skip_while(|word| *word != "and");
+        is && matches!(taken, Some(Frame::Lift | Frame::Take))
+            && rest.any(|word| verbs().participle(word) == Some(Frame::Place))
     }
 
     /// A statement of the end state at `p`, after words from `start` on that ask for an action.
@@ -285,7 +318,9 @@ impl Parser<'_, '_> {
     pub(super) fn required_state(&mut self) -> bool {
         let start = self.at;
         let begins = phrases().end_state.modals.length_at(self.tokens, start) > 0
-            || matches!(self.word(0), Some("gets" | "goes" | "go" | "belongs" | "belong" | "ends"));
+            || matches!(self.word(0), Some("gets" | "goes" | "go" | "belongs" | "belong" | "ends"))
+            || matches!(self.word(0), Some("is" | "are")) && self.word(1) == Some("being")
+            || self.is_taken_elsewhere(start);
         if self.subject.is_empty() || !begins || self.word(0) == Some("to") {
             return false;
         }

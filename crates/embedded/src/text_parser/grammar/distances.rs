@@ -10,6 +10,7 @@ use crate::text_parser::account::Claimed;
 use crate::text_parser::measures::{Axis, read_length};
 use crate::text_parser::phrase::{Group, NounPhrase, noun_phrase};
 use crate::text_parser::prepositions::{Preposition, preposition_at};
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
@@ -200,7 +201,7 @@ impl Parser<'_, '_> {
             return None;
         }
         let (property, range) = phrase.properties.last()?;
-        let is_bracketed = *property == "size"
+        let is_bracketed = *property == Property::Size
             && range.start == phrase.head_tokens.end + 1
             && self.source.is_open_bracket(range.start - 1);
         let meters = match phrase.attributes.measures.last() {
@@ -298,7 +299,7 @@ impl Parser<'_, '_> {
         {
             last.gap_m = Some(meters);
             let mentions = last.mentions.clone();
-            self.claim_property(tokens, "distance", mentions);
+            self.claim_property(tokens, Property::Distance, mentions);
             return;
         }
         let mut members = self.members();
@@ -369,7 +370,7 @@ impl Parser<'_, '_> {
             let known = self.parsed.mentions[mention].position_m.unwrap_or(DVec2::ZERO);
             self.parsed.mentions[mention].position_m = Some(known + meters * direction);
         }
-        self.claim_property(start..end, "position", subjects);
+        self.claim_property(start..end, Property::Position, subjects);
         self.at = end;
         true
     }
@@ -394,7 +395,7 @@ impl Parser<'_, '_> {
             return false;
         };
         link.distance_m = Some(meters);
-        self.claim_property(before.start..end, "distance", vec![last]);
+        self.claim_property(before.start..end, Property::Distance, vec![last]);
         self.at = end;
         true
     }

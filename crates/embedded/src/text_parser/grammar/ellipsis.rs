@@ -3,6 +3,7 @@
 use super::{Parser, Referent};
 use crate::text_parser::phrase::{Determiner, Head, NounPhrase, Selector, noun_phrase};
 use crate::text_parser::tokens::Token;
+use scene::text_account::UnrecognizedReason;
 
 impl Parser<'_, '_> {
     /// A phrase without a head in subject position. Whether the rule applies.
@@ -10,6 +11,12 @@ impl Parser<'_, '_> {
         // "two plates, a red and a blue mug": the noun follows.
         let completes = !phrase.properties.is_empty() && self.completed_ahead(phrase).is_some();
         if phrase.determiner == Determiner::New && !completes && self.split_off(phrase) {
+            return true;
+        }
+        // "two of them" are no further objects.
+        if self.is_part_of_them(phrase) {
+            self.report(phrase.tokens.clone(), UnrecognizedReason::NoReferent);
+            self.salient_list.clear();
             return true;
         }
         let explicit = matches!(self.word_at(phrase.tokens.end.saturating_sub(1)), Some("one" | "ones"));
@@ -33,6 +40,7 @@ impl Parser<'_, '_> {
         let headed = self.headed_ahead(phrase)?;
         let mut copy = phrase.clone();
         copy.head = headed.head;
+        copy.head_tokens = headed.head_tokens.clone();
         copy.plural = phrase.count.map_or(headed.plural, |count| count[1] > 1);
         let noun = self.source.tokens[headed.head_tokens]
             .iter()

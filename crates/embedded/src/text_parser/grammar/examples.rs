@@ -4,6 +4,7 @@
 use super::{Link, Parser};
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrases::phrases;
+use crate::text_parser::property::Property;
 
 impl Parser<'_, '_> {
     /// Words that introduce the members of the set before them. Whether the rule applies.
@@ -42,7 +43,7 @@ impl Parser<'_, '_> {
         }
         let whole = self.parsed.mentions[set].clone();
         if whole.count != Some([0, 0]) {
-            self.claim_property(whole.tokens.clone(), "kind", vec![mention]);
+            self.claim_property(whole.tokens.clone(), Property::Kind, vec![mention]);
             self.parsed.mentions[set].count = Some([0, 0]);
         }
         let links: Vec<Link> = self.parsed.links.iter().filter(|link| link.from == set).copied().collect();

@@ -6,6 +6,7 @@ use crate::text_parser::account::Claimed;
 use crate::text_parser::phrase::{Determiner, Head, NounPhrase, noun_phrase};
 use crate::text_parser::phrases::phrases;
 use crate::text_parser::prepositions::preposition_at;
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::text_account::UnrecognizedReason;
 
@@ -183,7 +184,7 @@ impl Parser<'_, '_> {
             _ => Vec::new(),
         };
         // "no red mugs" excludes only some of them, which the description cannot express.
-        if phrase.properties.iter().any(|(property, _)| *property != "content") {
+        if phrase.properties.iter().any(|(property, _)| *property != Property::Content) {
             self.report(phrase.tokens, UnrecognizedReason::NotExpressible);
             return;
         }

@@ -101,7 +101,9 @@ impl Parser<'_, '_> {
         if !self.governs(p, length, frame, requested) {
             return p > start && requested && self.scene_request(start, p);
         }
-        if self.arranges_scene(frame, p + length, requested) {
+        let third_person = |word: &str| word.ends_with('s') && !verbs().is_base(word);
+        let narrates = requested && self.word_at(p).is_some_and(third_person);
+        if !narrates && self.arranges_scene(frame, p + length, requested) {
             self.parsed.account.used(start..p + length);
             self.at = p + length;
             self.clause_start = true;
@@ -113,8 +115,7 @@ impl Parser<'_, '_> {
         }
         let subjects = self.subject.clone();
         self.parsed.account.used(start..p);
-        let third_person = |word: &str| word.ends_with('s') && !verbs().is_base(word);
-        self.is_narrated |= requested && self.word_at(p).is_some_and(third_person);
+        self.is_narrated |= narrates;
         self.instructed = true;
         self.clause_start = false;
         self.act(frame, p, length, if purpose { subjects } else { Vec::new() });

@@ -28,10 +28,83 @@ impl Parser<'_, '_> {
         (heads > 0).then_some(p - at)
     }
 
-    /// "let the gripper", "have your arm", "the manipulator has to" before a verb: the number of words.
+    /// Number of words that name who acts at `at`: an agent, a person, a pronoun, or a name before a verb ("Alice").
+    pub(super) fn actor_length(&self, at: usize) -> Option<usize> {
+        let agent = &phrases().agent;
+        if self.word_at(at).is_some_and(|word| agent.pronouns.has(word)) {
+            return Some(1);
+        }
+        if let Some(length) = self.agent_length(at) {
+            return Some(length);
+        }
+        let mut p = at
+            + usize::from(matches!(
+                self.word_at(at),
+                Some("the" | "a" | "an" | "your" | "my" | "our" | "this" | "his" | "her" | "their")
+            ));
+        let is_role = |word: &str| agent.persons.has(word) || agent.names.has(word);
+        let start = p;
+        while self.word_at(p).is_some_and(is_role) {
+            p += 1;
+        }
+        if p > start {
+            return Some(p - at);
+        }
+        let word = self.word_at(at).filter(|word| p == at && word.len() > 1)?;
+        let is_name = self.source.is_capitalized(at)
+            && self.lexicon.longest_at(self.tokens, at).is_none()
+            && !self.lexicon.vocabulary.has_word(word)
+            && !verbs().is_form(word);
+        is_name.then_some(1)
+    }
+
+    /// "Franka puts", "the robot is putting", "we then move" before an object: the number of words before the verb.
+    fn narration(&self, at: usize) -> Option<usize> {
+        let agent = &phrases().agent;
+        let mut verb = at + self.actor_length(at)?;
+        let is_pronoun = self.word_at(at).is_some_and(|word| agent.pronouns.has(word));
+        let is_adverb = |word: &str| {
+            word.ends_with("ly") && word.len() > 4
+                || matches!(word, "then" | "now" | "first" | "also" | "next")
+        };
+        while self.word_at(verb).is_some_and(is_adverb) {
+            verb += 1;
+        }
+        let is = matches!(self.word_at(verb), Some("is" | "are" | "am"));
+        verb += usize::from(is);
+        let (frame, length) = verbs().at(self.tokens, verb).filter(|(frame, _)| *frame != Frame::Other)?;
+        let form = self.word_at(verb)?;
+        let has_plural_subject = matches!(self.word_at(at), Some("we" | "i" | "you" | "they"))
+            || self.word_at(verb - 1) == Some("robots");
+        let acts = is == form.ends_with("ing") && (is || !verbs().is_base(form) || has_plural_subject);
+        let may_be_state = frame == Frame::Use || agent.stative.has(form);
+        let acts = acts && !(may_be_state && (is_pronoun || self.agent_or_person(at).is_none()));
+        (acts && self.phrase_follows(verb + length)).then_some(verb - at)
+    }
+
+    /// Number of words that name an agent or a person by their role.
+    fn agent_or_person(&self, at: usize) -> Option<usize> {
+        let length = self.actor_length(at)?;
+        let last = self.word_at(at + length - 1)?;
+        let agent = &phrases().agent;
+        (agent.names.has(last) || agent.persons.has(last)).then_some(length)
+    }
+
+    /// "let the gripper", "have your arm", "the manipulator has to" or "Alice" before a verb, and "could the chef": the
+    /// number of words.
     pub(super) fn agent_opener(&self, at: usize) -> Option<usize> {
+        if let Some(length) = self.narration(at) {
+            return Some(length);
+        }
+        // "could the chef put the mug away".
+        if matches!(self.word_at(at), Some("can" | "could" | "would" | "will"))
+            && let Some(length) = self.agent_or_person(at + 1)
+        {
+            let please = usize::from(self.word_at(at + 1 + length) == Some("please"));
+            return Some(1 + length + please);
+        }
         let causes = usize::from(self.word_at(at).is_some_and(|word| phrases().agent.causes.has(word)));
-        let mut end = at + causes + self.agent_length(at + causes)?;
+        let mut end = at + causes + self.agent_or_person(at + causes)?;
         if causes == 0 {
             let modal = self.modal_length(end);
             if modal == 0 {

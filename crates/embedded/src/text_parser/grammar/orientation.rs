@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::{Parser, PendingRelation, Referent};
 use crate::text_parser::phrase::noun_phrase;
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
@@ -59,7 +60,7 @@ impl Parser<'_, '_> {
             for &mention in &subjects {
                 self.parsed.mentions[mention].yaw_rad = Some(yaw_rad);
             }
-            self.claim_property(start..self.at, "orientation", subjects);
+            self.claim_property(start..self.at, Property::Orientation, subjects);
             return true;
         }
         let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, p) else {
@@ -124,7 +125,7 @@ impl Parser<'_, '_> {
                 self.parsed.mentions[mention].yaw_rad = Some(if side { FRAC_PI_2 } else { 0.0 });
             }
             self.at = edge + 1 + of;
-            self.claim_property(start..self.at, "orientation", subjects);
+            self.claim_property(start..self.at, Property::Orientation, subjects);
             return true;
         }
         let other = match_phrase(self.tokens, p, "each other")
@@ -147,7 +148,7 @@ impl Parser<'_, '_> {
                 for &mention in &subjects {
                     self.parsed.mentions[mention].yaw_rad = Some(0.0);
                 }
-                self.claim_property(start..end, "orientation", subjects);
+                self.claim_property(start..end, Property::Orientation, subjects);
             }
             Referent::Nothing => self.report(start..p, UnrecognizedReason::NoReferent),
         }
@@ -239,7 +240,7 @@ impl Parser<'_, '_> {
             for &mention in &subjects {
                 self.parsed.mentions[mention].yaw_rad = Some(sign * degrees.to_radians());
             }
-            self.claim_property(start..p, "orientation", subjects);
+            self.claim_property(start..p, Property::Orientation, subjects);
         }
         true
     }

@@ -2,10 +2,12 @@
 
 use super::places::exclude_each_other;
 use super::{Link, LinkKind, Mention, Parser, Place};
+use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::measures::{read_length, trailing};
 use crate::text_parser::phrase::{Determiner, Group, Head, NounPhrase, Selector};
 use crate::text_parser::prepositions::{place_at, preposition_at};
+use crate::text_parser::property::Property;
 use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::Token;
 use scene::RelationKind;
@@ -19,6 +21,8 @@ pub(super) struct Split {
     origin: usize,
     /// Number of links when the first part was separated; the later ones belong to parts.
     links: usize,
+    /// Number of claims when the first part was separated; they are about every part.
+    claims: usize,
     /// Number of objects that belong to no part yet.
     left: u32,
 }
@@ -26,14 +30,21 @@ pub(super) struct Split {
 impl Parser<'_, '_> {
     /// "two mugs, one red and one blue": each phrase takes its share of the plural mention before it.
     pub(super) fn split_off(&mut self, phrase: &NounPhrase) -> bool {
+        let whole = self.whole_of(phrase);
+        self.split_off_from(phrase, whole)
+    }
+
+    /// As [`Self::split_off`], of this plural where no other one is being split.
+    pub(super) fn split_off_from(&mut self, phrase: &NounPhrase, whole: Option<usize>) -> bool {
         let count = phrase.count.map_or(1, |count| count[0]);
         let split = match self.split.clone() {
             Some(split) => split,
             None => {
-                let Some(last) = self.subject.last().copied().or(self.salient) else { return false };
-                let whole = self.parsed.mentions[last].clone();
+                let Some(origin) = whole else { return false };
+                let whole = self.parsed.mentions[origin].clone();
                 let Some(left) = fixed_count(&whole) else { return false };
-                Split { whole, origin: last, links: self.parsed.links.len(), left }
+                let (links, claims) = (self.parsed.links.len(), self.parsed.account.claims.len());
+                Split { whole, origin, links, claims, left }
             }
         };
         // "two large boxes and a small one": another object.
@@ -51,6 +62,9 @@ impl Parser<'_, '_> {
         super::references::merge(&mut self.parsed.mentions[part].attributes, phrase.attributes.clone());
         for (property, range) in phrase.properties.clone() {
             self.claim_property(range, property, vec![part]);
+        }
+        for range in phrase.counts.clone() {
+            self.claim_property(range, Property::Count, vec![part]);
         }
         for (state, tokens) in phrase.states.clone() {
             self.set_states(&[part], &state, tokens);
@@ -71,10 +85,52 @@ impl Parser<'_, '_> {
         true
     }
 
+    /// The plural of which a phrase names a part: the last subject; for "two of them" the only objects of the last
+    /// sentence that are more.
+    fn whole_of(&self, phrase: &NounPhrase) -> Option<usize> {
+        if !self.is_part_of_them(phrase) {
+            return self.subject.last().copied().or(self.salient);
+        }
+        let count = phrase.count?[0];
+        let list = if self.subject.is_empty() { &self.salient_list } else { &self.subject };
+        let mut wholes = list
+            .iter()
+            .copied()
+            .filter(|&m| fixed_count(&self.parsed.mentions[m]).is_some_and(|whole| whole >= count));
+        wholes.next().filter(|_| wholes.next().is_none())
+    }
+
+    /// Whether a phrase is "two of them".
+    pub(super) fn is_part_of_them(&self, phrase: &NounPhrase) -> bool {
+        let end = phrase.tokens.end;
+        phrase.head == Head::One
+            && phrase.tokens.len() > 2
+            && self.word_at(end - 2) == Some("of")
+            && matches!(self.word_at(end - 1), Some("them" | "these" | "those"))
+    }
+
+    /// Adds a mention that is a part of another one; the first `claims` claims are about both.
+    pub(super) fn add_part(&mut self, of: usize, part: Mention, claims: usize) -> usize {
+        let copy = self.parsed.mentions.len();
+        self.parsed.mentions.push(part);
+        let claims = claims.min(self.parsed.account.claims.len());
+        let mut names = Vec::new();
+        for claim in &mut self.parsed.account.claims[..claims] {
+            match &mut claim.meaning {
+                Claimed::Object(mention) if *mention == of => names.push(claim.tokens.clone()),
+                Claimed::Property { mentions, .. } if mentions.contains(&of) => mentions.push(copy),
+                _ => {}
+            }
+        }
+        for tokens in names {
+            self.parsed.account.claim(tokens, Claimed::Object(copy));
+        }
+        copy
+    }
+
     /// Another mention like the whole, with the links that the whole had.
     fn copy_of_whole(&mut self, split: &Split) -> usize {
-        let copy = self.parsed.mentions.len();
-        self.parsed.mentions.push(split.whole.clone());
+        let copy = self.add_part(split.origin, split.whole.clone(), split.claims);
         self.join_arrangements(split.origin, copy);
         let links: Vec<Link> = self.parsed.links[..split.links.min(self.parsed.links.len())].to_vec();
         self.copy_links(&links, split.origin, copy);
@@ -168,6 +224,7 @@ impl Parser<'_, '_> {
             return false;
         }
         let mut phrase = NounPhrase::part(range, self.at..next);
+        phrase.counts.push(self.at..next);
         // "two boxes, one 10 cm wide".
         for (reading, tokens) in readings {
             let property = phrase.attributes.add_reading(reading);
@@ -265,10 +322,9 @@ impl Parser<'_, '_> {
 
     /// Takes one object out of a plural mention.
     pub(super) fn one_of(&mut self, whole: usize) -> usize {
-        let part = self.parsed.mentions.len();
         let copy = self.parsed.mentions[whole].clone();
         let left = fixed_count(&copy).unwrap_or(2) - 1;
-        self.parsed.mentions.push(copy);
+        let part = self.add_part(whole, copy, usize::MAX);
         self.join_arrangements(whole, part);
         let links = self.parsed.links.clone();
         self.copy_links(&links, whole, part);
@@ -359,9 +415,8 @@ impl Parser<'_, '_> {
         let (Some(row), Some(whole)) = (row, whole) else { return false };
         let left = self.parsed.mentions[whole].count.map_or(1, |count| count[0]);
         if side == RelationKind::AtCenter && left > 1 {
-            let rest = self.parsed.mentions.len();
             let copy = self.parsed.mentions[whole].clone();
-            self.parsed.mentions.push(copy);
+            let rest = self.add_part(whole, copy, usize::MAX);
             self.join_arrangements(part, rest);
             self.set_count(rest, left / 2);
             self.set_count(whole, left - left / 2);
@@ -419,7 +474,7 @@ impl Parser<'_, '_> {
 }
 
 /// The number of objects if it is stated and more than one.
-fn fixed_count(mention: &Mention) -> Option<u32> {
+pub(super) fn fixed_count(mention: &Mention) -> Option<u32> {
     match mention.count {
         Some([low, high]) if low == high && (2..=64).contains(&low) => Some(low),
         _ => None,

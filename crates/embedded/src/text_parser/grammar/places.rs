@@ -10,6 +10,7 @@ use crate::text_parser::account::Claimed;
 use crate::text_parser::measures::read_length;
 use crate::text_parser::phrase::group_of;
 use crate::text_parser::prepositions::{corner_of, place_at};
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::{Token, match_phrase};
 use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
@@ -298,7 +299,7 @@ impl Parser<'_, '_> {
             for &mention in &subjects {
                 self.parsed.mentions[mention].position_m = Some(position);
             }
-            self.claim_property(start..p, "position", subjects);
+            self.claim_property(start..p, Property::Position, subjects);
         }
         self.at = p;
         true

@@ -47,7 +47,9 @@ impl Parser<'_, '_> {
             // "a bowl, orange, ..." is a list of nouns.
             let open = self.at > 0 && self.source.is_open_bracket(self.at - 1);
             let noun = !gap && !open && self.lexicon.longest_at(self.tokens, self.at).is_some();
-            if !closes || noun {
+            // "a mug, a lime, and a lemon".
+            let article = matches!(self.word(0), Some("a" | "an"));
+            if !closes || noun || article {
                 return false;
             }
         }

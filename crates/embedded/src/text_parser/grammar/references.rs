@@ -5,6 +5,7 @@ use super::{LinkKind, Mention, Parser, Place};
 use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrase::{Attributes, Determiner, Head, NounPhrase, Selector};
+use crate::text_parser::property::Property;
 use scene::description::RequestedPose;
 use scene::text_account::UnrecognizedReason;
 
@@ -22,8 +23,13 @@ impl Parser<'_, '_> {
         for (tokens, reason) in phrase.reports.clone() {
             self.report(tokens, reason);
         }
-        let states = phrase.states.clone();
+        let (states, counts) = (phrase.states.clone(), phrase.counts.clone());
         let referent = self.referent(phrase, as_target);
+        if let Referent::Mentions(mentions) = &referent {
+            for tokens in counts {
+                self.claim_property(tokens, Property::Count, mentions.clone());
+            }
+        }
         for (state, tokens) in states {
             match &referent {
                 Referent::Mentions(mentions) => self.set_states(&mentions.clone(), &state, tokens),
@@ -216,7 +222,7 @@ impl Parser<'_, '_> {
         let mut shape = self.table_shape().or_else(|| self.shape_of_model(model.as_deref()));
         let mut attributes = phrase.attributes;
         for (property, range) in phrase.properties {
-            if property != "shape" {
+            if property != Property::Shape {
                 self.parsed.account.claim(range, Claimed::Table);
                 continue;
             }
@@ -342,9 +348,11 @@ impl Parser<'_, '_> {
                 return Referent::Mentions(vec![found]);
             }
             // "the green one" of a category of which the text has others.
-            let described =
-                phrase.properties.iter().any(|(property, _)| *property == "color" || *property == "size")
-                    || matches!(phrase.selector, Some(Selector::Ordinal(_)));
+            let described = phrase
+                .properties
+                .iter()
+                .any(|(property, _)| *property == Property::Color || *property == Property::Size)
+                || matches!(phrase.selector, Some(Selector::Ordinal(_)));
             if let Some(last) = self.salient.filter(|_| described) {
                 let meanings = self.parsed.mentions[last].meanings.clone();
                 let phrase = self.completed(phrase, last);

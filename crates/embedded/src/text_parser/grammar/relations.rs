@@ -114,17 +114,20 @@ impl Parser<'_, '_> {
             _ => None,
         };
         let Some(host) = category(*target) else { return attached };
+        let last = self.subject.last().copied();
         let mut members: Vec<usize> = self
             .subject
             .iter()
             .rev()
             .copied()
             .take_while(|&m| {
-                attached.contains(&m)
-                    || (m != *target
-                        && self.is_bare(m)
-                        && !(kind == RelationKind::In && self.is_arranged(m))
-                        && category(m).is_some_and(|item| fits(item, host, kind)))
+                let is_free =
+                    m != *target && self.is_bare(m) && !(kind == RelationKind::In && self.is_arranged(m));
+                let fitting = category(m).map(|item| fits(item, host, kind));
+                // "a kettle and two mugs on coasters": the kettle does not fit.
+                Some(m) == last
+                    || attached.contains(&m) && fitting != Some(false)
+                    || is_free && fitting == Some(true)
             })
             .collect();
         members.reverse();

@@ -3,6 +3,7 @@
 use super::Parser;
 use crate::text_parser::account::Claimed;
 use crate::text_parser::phrases::phrases;
+use crate::text_parser::property::Property;
 use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::{Token, match_phrase};
 
@@ -37,7 +38,7 @@ impl Parser<'_, '_> {
             self.parsed.account.claim(self.at..number_at + 1, Claimed::Exclusion(meanings.clone()));
             self.parsed.excluded.extend(meanings);
         } else {
-            self.claim_property(self.at..number_at + 1, "count", vec![mention]);
+            self.claim_property(self.at..number_at + 1, Property::Count, vec![mention]);
         }
         self.at = number_at + 1;
         true
@@ -66,7 +67,7 @@ impl Parser<'_, '_> {
             .iter()
             .find_map(|phrase| match_phrase(self.tokens, self.at, phrase));
         if let (Some(length), Some(&last)) = (own, self.subject.last()) {
-            self.claim_property(self.at..self.at + length, "count", vec![last]);
+            self.parsed.account.claim(self.at..self.at + length, Claimed::Object(last));
             self.at += length;
             return true;
         }
@@ -102,7 +103,7 @@ impl Parser<'_, '_> {
             return false;
         }
         self.parsed.mentions[mention].count = Some(range);
-        self.claim_property(self.at..end, "count", vec![mention]);
+        self.claim_property(self.at..end, Property::Count, vec![mention]);
         self.at = end;
         true
     }

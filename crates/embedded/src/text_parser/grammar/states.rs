@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::Parser;
 use crate::text_parser::lexicon::Meaning;
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::word;
 use catalog::{Affordance, Category, State};
 use scene::description::RequestedPose;
@@ -124,7 +125,7 @@ impl Parser<'_, '_> {
                 }
             }
         }
-        self.claim_property(tokens, "state", supported);
+        self.claim_property(tokens, Property::State, supported);
     }
 
     /// Whether the mention has a state that excludes this one.

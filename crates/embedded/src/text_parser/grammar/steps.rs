@@ -2,7 +2,9 @@
 
 use super::Parser;
 use crate::text_parser::phrase::{Head, noun_phrase};
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::prepositions::{preposition_at, reciprocal_at};
+use crate::text_parser::property::Property;
 use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::Token;
 use scene::RelationKind;
@@ -34,7 +36,10 @@ impl Parser<'_, '_> {
         if self.table_size() || self.answer() || self.heading() || self.place_settings() {
             return;
         }
-        if self.remark() || self.replacement() || self.exception() || self.instruction() {
+        if self.undecided() || self.remark() || self.replacement() || self.exception() || self.instruction() {
+            return;
+        }
+        if self.perceived() {
             return;
         }
         let clause_start = std::mem::take(&mut self.clause_start);
@@ -47,11 +52,14 @@ impl Parser<'_, '_> {
             || self.group_header()
             || self.stated_count()
             || self.counted_part()
+            || self.some_of_named()
         {
             return;
         }
         if matches!(self.word(0), Some("and" | "plus" | "also" | "then" | "while" | "but" | "or")) {
-            self.after_and = self.word(0) == Some("and");
+            // "a teapot, and two cups on saucers" are two parts; "a, b, and c in a box" is one list.
+            let parts = self.follows_pause() && self.subject.len() < 2;
+            self.after_and = self.word(0) == Some("and") && !parts;
             self.chain = None;
             self.at += 1;
             self.clause_start = clause_start;
@@ -127,11 +135,11 @@ impl Parser<'_, '_> {
             && let Some(&last) = self.subject.last()
         {
             self.parsed.mentions[last].stacked = true;
-            self.claim_property(start..start + 1, "arrangement", vec![last]);
+            self.claim_property(start..start + 1, Property::Arrangement, vec![last]);
             self.at += 1;
             return;
         }
-        if self.attributes() {
+        if self.attributes() || self.unread_verb() {
             return;
         }
         if let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, self.at) {
@@ -162,7 +170,7 @@ impl Parser<'_, '_> {
             return false;
         }
         let end = self.at + length + 1 + only;
-        self.claim_property(self.at..end, "count", Vec::new());
+        self.claim_property(self.at..end, Property::Count, Vec::new());
         self.at = end;
         true
     }
@@ -187,7 +195,7 @@ impl Parser<'_, '_> {
         match (kind, self.subject.last()) {
             (RelationKind::On, Some(&last)) => {
                 self.parsed.mentions[last].stacked = true;
-                self.claim_property(tokens, "arrangement", vec![last]);
+                self.claim_property(tokens, Property::Arrangement, vec![last]);
             }
             (_, Some(_)) => self.beside_each_other(kind, tokens),
             _ => {}
@@ -213,7 +221,7 @@ impl Parser<'_, '_> {
         }
         self.parsed.people = Some(low);
         let end = self.at + 1 + length + usize::from(people);
-        self.claim_property(self.at..end, "people", Vec::new());
+        self.claim_property(self.at..end, Property::People, Vec::new());
         self.at = end;
         true
     }
@@ -234,7 +242,7 @@ impl Parser<'_, '_> {
         if self.parsed.people.is_none() && !self.people_ahead(end) {
             self.report(self.at..end, scene::text_account::UnrecognizedReason::NoReferent);
         } else {
-            self.claim_property(self.at..end, "people", Vec::new());
+            self.claim_property(self.at..end, Property::People, Vec::new());
         }
         if gets || self.subject.is_empty() {
             self.parsed.account.used(end..end + usize::from(gets));
@@ -285,7 +293,7 @@ impl Parser<'_, '_> {
         }
         let has = matches!(self.word_at(p), Some("has" | "holds" | "have" | "contains" | "carries"));
         p += usize::from(has);
-        self.claim_property(self.at..p, "position", self.attached());
+        self.claim_property(self.at..p, Property::Position, self.attached());
         self.at = p;
         match self.attached()[..] {
             [mention] if !has => {
@@ -313,7 +321,7 @@ impl Parser<'_, '_> {
             self.parsed.mentions[mention].count = Some(range);
             self.parsed.mentions[mention].plural = true;
         }
-        self.claim_property(self.at..end, "count", self.subject.clone());
+        self.claim_property(self.at..end, Property::Count, self.subject.clone());
         self.at = end;
         // "bananas and pears, two of each, in a bowl".
         self.all_members = true;
@@ -331,7 +339,7 @@ impl Parser<'_, '_> {
         if self.parsed.people.is_none() && !self.people_ahead(end) {
             self.report(self.at..end, scene::text_account::UnrecognizedReason::NoReferent);
         } else {
-            self.claim_property(self.at..end, "people", items.to_vec());
+            self.claim_property(self.at..end, Property::People, items.to_vec());
         }
         for &item in items {
             self.parsed.mentions[item].per_person = true;
@@ -348,25 +356,7 @@ impl Parser<'_, '_> {
 }
 
 fn is_people(word: &str) -> bool {
-    matches!(
-        word,
-        "people"
-            | "persons"
-            | "guests"
-            | "friends"
-            | "diners"
-            | "kids"
-            | "children"
-            | "players"
-            | "person"
-            | "guest"
-            | "diner"
-            | "player"
-            | "child"
-            | "adults"
-            | "students"
-            | "visitors"
-    )
+    phrases().agent.people.has(word)
 }
 
 /// Whether a head is an object or refers to one.

@@ -3,6 +3,7 @@
 use super::Parser;
 use super::action::{Action, Part};
 use crate::text_parser::phrase::{Determiner, Head, NounPhrase, color_of, noun_phrase};
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::tokenize;
 
 /// The noun of `[[vague]]` for an object that the text does not name.
@@ -59,7 +60,7 @@ impl Parser<'_, '_> {
                 if let Some((rgb, word, at)) = color {
                     phrase.attributes.colors = vec![rgb];
                     phrase.attributes.color_words = vec![word];
-                    phrase.properties.push(("color", at..at + 1));
+                    phrase.properties.push((Property::Color, at..at + 1));
                 }
                 let Head::Objects(meanings) = phrase.head.clone() else { return true };
                 self.add_mention(meanings, phrase, false)

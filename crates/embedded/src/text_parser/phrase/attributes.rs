@@ -1,6 +1,7 @@
 //! Attributes of noun phrases: colors, materials, sizes, measures and shapes.
 
 use crate::text_parser::measures::Measure;
+use crate::text_parser::property::Property;
 use geometry::Rgb;
 
 /// Attributes given by the modifiers of a phrase.
@@ -30,7 +31,7 @@ pub(in crate::text_parser) struct Attributes {
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::text_parser) struct Variant {
     pub word: String,
-    pub property: &'static str,
+    pub property: Property,
     pub substance: Option<String>,
     pub material_color: Option<Rgb>,
     pub scale: f64,
@@ -49,7 +50,7 @@ impl Attributes {
             own.colors.swap(0, pick);
         }
         if let Some(variant) = self.variants.get(number % self.variants.len().max(1)) {
-            if variant.property == "material" {
+            if variant.property == Property::Material {
                 own.substance = variant.substance.clone();
                 own.material_color = variant.material_color;
             } else {

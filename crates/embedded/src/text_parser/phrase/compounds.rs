@@ -4,6 +4,7 @@ use super::boundary::is_boundary;
 use super::head::words_of;
 use super::{Chunk, Determiner};
 use crate::text_parser::lexicon::{Entry, Meaning};
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::{Token, word};
 use crate::text_parser::verbs::verbs;
 use catalog::Affordance;
@@ -47,7 +48,8 @@ impl Chunk<'_, '_> {
         // "a foam roller": what no vessel holds belongs to the name.
         let holds = category.affords(Affordance::Container)
             || ["vessel", "bottle", "can", "package", "meal", "dish"].contains(&category.group.as_str());
-        let contents = self.phrase.properties.iter().filter(|(property, _)| *property == "content" && !holds);
+        let contents =
+            self.phrase.properties.iter().filter(|(property, _)| *property == Property::Content && !holds);
         modifiers.extend(contents.flat_map(|(_, range)| words_of(self.tokens, range.clone())));
         if modifiers.is_empty() {
             return entry.stands_in.then_some(head);

@@ -34,6 +34,9 @@ impl Chunk<'_, '_> {
         let single = next.is_some_and(|(entry, _)| entry.one_by_default);
         let each = if single { 1 } else { 2 };
         self.phrase.count = Some([two.saturating_mul(each); 2]);
+        if !single {
+            self.counted(self.at..self.at + 2);
+        }
         self.determined = true;
         self.at += 1;
     }

@@ -9,6 +9,7 @@ use super::modifiers::modifier;
 use super::{Chunk, Determiner, Head, NounPhrase, noun_ahead};
 use crate::text_parser::lexicon::{Entry, Meaning};
 use crate::text_parser::measures::trailing;
+use crate::text_parser::property::Property;
 use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::{Token, word};
 use scene::text_account::UnrecognizedReason;
@@ -150,7 +151,8 @@ impl Chunk<'_, '_> {
             let Some(w) = self.word(0).filter(|w| !is_boundary(vocabulary, w)) else {
                 // "a red and a blue mug".
                 let joins = matches!(self.word(0), Some("and" | "or")) || self.word(0).is_none();
-                let elliptic = self.phrase.properties.iter().any(|(property, _)| *property != "arrangement");
+                let elliptic =
+                    self.phrase.properties.iter().any(|(property, _)| *property != Property::Arrangement);
                 let selected = self.phrase.selector.is_some() && self.determined
                     || self.at > 0 && word(self.tokens, self.at - 1) == Some("another");
                 if described && elliptic && joins || selected {
@@ -183,6 +185,7 @@ impl Chunk<'_, '_> {
             }
             if let Some((range, length)) = quantity(self.lexicon, self.tokens, self.at) {
                 self.phrase.count = Some(range);
+                self.counted(self.at..self.at + length);
                 self.at += length;
                 continue;
             }
@@ -266,6 +269,7 @@ impl Chunk<'_, '_> {
         match (count, self.phrase.count) {
             (Some(count), None | Some([1, 1])) => {
                 self.phrase.count = Some([count; 2]);
+                self.counted(end..after);
                 self.phrase.plural |= count > 1;
                 after
             }

@@ -3,6 +3,7 @@
 use super::{Attributes, Variant, is_boundary};
 use crate::text_parser::lexicon::Lexicon;
 use crate::text_parser::measures::{Reading, read_measure, trailing};
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::{Token, word};
 use crate::text_parser::vocabulary::Vocabulary;
 use geometry::Rgb;
@@ -10,23 +11,23 @@ use geometry::Rgb;
 /// A modifier: the number of tokens and the property it describes.
 pub(super) struct Modifier {
     pub length: usize,
-    pub property: &'static str,
+    pub property: Property,
     /// Whether the phrase has a property that excludes this one ("a small large bowl"); it is not added then.
     pub contradicts: bool,
 }
 
 impl Modifier {
-    fn new(length: usize, property: &'static str) -> Self {
+    fn new(length: usize, property: Property) -> Self {
         Self { length, property, contradicts: false }
     }
 }
 
 impl Attributes {
-    pub fn add_reading(&mut self, reading: Reading) -> &'static str {
+    pub fn add_reading(&mut self, reading: Reading) -> Property {
         let property = match (&reading.lengths[..], reading.volume_m3) {
-            ([], None) => "mass",
-            ([], Some(_)) => "volume",
-            _ => "size",
+            ([], None) => Property::Mass,
+            ([], Some(_)) => Property::Volume,
+            _ => Property::Size,
         };
         self.measures.extend(reading.lengths);
         self.volume_m3 = reading.volume_m3.or(self.volume_m3);
@@ -35,7 +36,7 @@ impl Attributes {
     }
 
     /// The property of a word that excludes one of these: "large" after "small", "steel" after "wooden".
-    fn excludes(&self, vocabulary: &Vocabulary, name: &str) -> Option<&'static str> {
+    fn excludes(&self, vocabulary: &Vocabulary, name: &str) -> Option<Property> {
         if color_of(vocabulary, name).is_some() {
             return None;
         }
@@ -44,36 +45,36 @@ impl Attributes {
             self.substance.as_ref().is_some_and(|known| *known != material.substance)
         });
         match (size, material) {
-            (true, _) => Some("size"),
-            (_, true) => Some("material"),
+            (true, _) => Some(Property::Size),
+            (_, true) => Some(Property::Material),
             _ => None,
         }
     }
 
     /// Adds the attribute that a word or two words name; the property, or `None` if they name none.
-    fn add_word(&mut self, vocabulary: &Vocabulary, name: &str) -> Option<&'static str> {
+    fn add_word(&mut self, vocabulary: &Vocabulary, name: &str) -> Option<Property> {
         if let Some(color) = color_of(vocabulary, name) {
             self.colors.push(color);
             self.color_words.push(name.to_owned());
-            return Some("color");
+            return Some(Property::Color);
         }
         if let Some(material) = vocabulary.materials.get(name) {
             self.substance = Some(material.substance.clone());
             self.material_color = material.color.as_deref().and_then(parse_hex);
             self.table_finish = material.table.clone();
-            return Some("material");
+            return Some(Property::Material);
         }
         if let Some(&factor) = vocabulary.sizes.get(name) {
             self.scale *= factor;
-            return Some("size");
+            return Some(Property::Size);
         }
         if let Some(stretch) = vocabulary.stretch.get(name) {
             self.stretches.push((stretch.axis, stretch.factor));
-            return Some("size");
+            return Some(Property::Size);
         }
         if vocabulary.shapes.contains_key(name) {
             self.shape = Some(name.to_owned());
-            return Some("shape");
+            return Some(Property::Shape);
         }
         None
     }
@@ -90,7 +91,7 @@ pub(super) fn modifier(
     let w = word(tokens, at)?;
     let two = word(tokens, at + 1).map(|next| format!("{w} {next}"));
     let object = lexicon.longest_at(tokens, at).map_or(0, |(_, length)| length);
-    let listed = |length: usize, property: &str| {
+    let listed = |length: usize, property: Property| {
         list_end(vocabulary, tokens, at + length, property)
             .is_some_and(|end| adjective_position(lexicon, tokens, end))
     };
@@ -98,7 +99,7 @@ pub(super) fn modifier(
         length > object
             || (length == object
                 && (adjective_position(lexicon, tokens, at + length)
-                    || ["color", "material", "size"]
+                    || [Property::Color, Property::Material, Property::Size]
                         .into_iter()
                         .any(|kind| is_of_kind(vocabulary, w, kind) && listed(length, kind))))
     };
@@ -118,7 +119,7 @@ pub(super) fn modifier(
                 let toward = if shade >= 0.0 { Rgb([1.0; 3]) } else { Rgb([0.0; 3]) };
                 attributes.colors.push(color.mix(toward, shade.abs()));
                 attributes.color_words.push(format!("{w} {name}"));
-                return Some(Modifier::new(length, "color"));
+                return Some(Modifier::new(length, Property::Color));
             }
         }
     }
@@ -140,7 +141,7 @@ pub(super) fn modifier(
             let continues = attributes.variants.last().is_some_and(|variant| variant.property == property)
                 && matches!(tokens[at - 1], Token::Pause | Token::Word(_))
                 && !is_of_kind(vocabulary, word(tokens, at - 1).unwrap_or_default(), property);
-            if matches!(property, "material" | "size") && (joined || continues) {
+            if matches!(property, Property::Material | Property::Size) && (joined || continues) {
                 attributes.variants.push(Variant {
                     word: name.to_owned(),
                     property,
@@ -159,11 +160,11 @@ pub(super) fn modifier(
     let substance = vocabulary.grammar.substances.contains(w)
         && allowed(1)
         && adjective_position(lexicon, tokens, at + 1);
-    substance.then_some(Modifier::new(1, "content"))
+    substance.then_some(Modifier::new(1, Property::Content))
 }
 
 /// The position after further properties of one kind: after ", blue and green" where "red" is before it.
-fn list_end(vocabulary: &Vocabulary, tokens: &[Token], at: usize, property: &str) -> Option<usize> {
+fn list_end(vocabulary: &Vocabulary, tokens: &[Token], at: usize, property: Property) -> Option<usize> {
     let mut end = at;
     // At most this many properties.
     for _ in 0..6 {
@@ -171,7 +172,7 @@ fn list_end(vocabulary: &Vocabulary, tokens: &[Token], at: usize, property: &str
         let and = usize::from(matches!(word(tokens, end + comma), Some("and" | "or")));
         let mut p = end + comma + and;
         p += usize::from(
-            property == "color" && word(tokens, p).is_some_and(|w| vocabulary.shades.contains_key(w)),
+            property == Property::Color && word(tokens, p).is_some_and(|w| vocabulary.shades.contains_key(w)),
         );
         if comma + and == 0 || !is_of_kind(vocabulary, word(tokens, p)?, property) {
             return None;
@@ -185,11 +186,11 @@ fn list_end(vocabulary: &Vocabulary, tokens: &[Token], at: usize, property: &str
 }
 
 /// Whether the word is a property of this kind.
-fn is_of_kind(vocabulary: &Vocabulary, word: &str, property: &str) -> bool {
+fn is_of_kind(vocabulary: &Vocabulary, word: &str, property: Property) -> bool {
     match property {
-        "color" => color_of(vocabulary, word).is_some(),
-        "material" => vocabulary.materials.contains_key(word),
-        "size" => vocabulary.sizes.contains_key(word),
+        Property::Color => color_of(vocabulary, word).is_some(),
+        Property::Material => vocabulary.materials.contains_key(word),
+        Property::Size => vocabulary.sizes.contains_key(word),
         _ => false,
     }
 }
@@ -262,7 +263,7 @@ pub(in crate::text_parser) fn predicate(
         let shade = vocabulary.shades.contains_key(w)
             && word(tokens, p + 1).is_some_and(|next| color_of(vocabulary, next).is_some());
         if shade && let Some(found) = modifier_alone(vocabulary, tokens, p, &mut attributes) {
-            properties.push(("color", p..p + found));
+            properties.push((Property::Color, p..p + found));
             p += found;
             continue;
         }

@@ -15,6 +15,7 @@ impl Chunk<'_, '_> {
             && self.word(0) != Some("both")
         {
             self.phrase.count = Some(range);
+            self.counted(p..p + length + 1);
             self.phrase.head = Head::One;
             return Some(p + length + 1);
         }
