@@ -131,6 +131,8 @@ fn certificate(scene: &Breakfast) -> Certificate {
             dss_displacement_m: certify.dss_displacement_m,
             dss_rotation_rad: certify.dss_rotation_rad,
             dss_duration_s: certify.dss_duration_s,
+            rest_side_share: certify.rest_side_share,
+            rest_rotation_rad: certify.rest_rotation_rad,
             outline_m: 0.001,
             silhouette_iou: scene.config.fidelity.min_silhouette_iou,
             health: HealthThresholds {

@@ -5,8 +5,8 @@
 LAYOUTS.json is a list of {"bundle": folder, "world_from_object": {name: 4x4 matrix}}; meters, z up, the table of the
 bundle with its top at z = 0. What a layout does not name was not placed. Prints a list of findings in the same order.
 
-The MuJoCo model is made here, of the bundle's hulls (OBJ files of its URDF bodies), masses, inertias and friction, with
-MuJoCo's default contacts; the bundle's own MJCF is not read.
+The MuJoCo model is made here, of the bundle's collision shapes (those of its URDF bodies), masses, inertias and friction,
+with MuJoCo's default contacts; the bundle's own MJCF is not read.
 """
 
 import json
@@ -20,6 +20,7 @@ import numpy as np
 
 from collisions import collision_depth, fcl_object
 from mjcf import DISPLACEMENT_M, DURATION_S, TURN_RAD
+from shapes import shapes
 from solids import load_solid
 from verdict import read_scene
 
@@ -100,17 +101,31 @@ def model_of(bundle: Path, scene: dict, poses: dict):
 
 
 def add_hulls(spec, body, bundle: Path, told: dict):
-    paths = sorted((bundle / "urdf" / told["name"]).glob("hull_*.obj"))
-    if len(paths) != told["hulls"]:
-        raise RuntimeError(f"{bundle} has {len(paths)} hulls of {told['name']}, scene.json says {told['hulls']}")
-    for path in paths:
-        mesh = spec.add_mesh(name=f"{told['name']}/{path.stem}")
-        lines = path.read_text(encoding="utf-8").splitlines()
-        mesh.uservert = [float(part) for line in lines if line.startswith("v ") for part in line.split()[1:4]]
-        # The body's inertia is given; this only lets hulls as thin as paper pass.
-        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-        geom = body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh.name)
+    found = shapes(bundle, told["name"])
+    if len(found) != told["hulls"]:
+        raise RuntimeError(f"{bundle} has {len(found)} hulls of {told['name']}, scene.json says {told['hulls']}")
+    for shape in found:
+        if shape.kind == "mesh":
+            mesh = spec.add_mesh(name=f"{told['name']}/{shape.path.stem}")
+            lines = shape.path.read_text(encoding="utf-8").splitlines()
+            mesh.uservert = [float(part) for line in lines if line.startswith("v ") for part in line.split()[1:4]]
+            # The body's inertia is given; this only lets hulls as thin as paper pass.
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+            geom = body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh.name)
+        else:
+            x, y, z, w = shape.rotation.as_quat()
+            geom = body.add_geom(pos=shape.position, quat=[w, x, y, z])
+            geom.type, geom.size = simple(shape)
         geom.friction = [told["friction"]["dynamic"], 0.005, 0.0001]
+
+
+def simple(shape):
+    """Type and size of a geom that is no mesh."""
+    if shape.kind == "box":
+        return mujoco.mjtGeom.mjGEOM_BOX, [0.5 * side for side in shape.sizes]
+    if shape.kind == "cylinder":
+        return mujoco.mjtGeom.mjGEOM_CYLINDER, [shape.sizes[0], 0.5 * shape.sizes[1], 0.0]
+    return mujoco.mjtGeom.mjGEOM_SPHERE, [shape.sizes[0], 0.0, 0.0]
 
 
 def main() -> int:

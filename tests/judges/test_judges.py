@@ -54,6 +54,11 @@ def edit_glb(path, change):
     path.write_bytes(header + text + rest)
 
 
+def hull(folder):
+    """The first hull that is a mesh; cups have some."""
+    return min(folder.glob("hull_*.obj"))
+
+
 def first(bundle):
     return json.loads((bundle / "scene.json").read_text(encoding="utf-8"))["instances"][0]["name"]
 
@@ -121,6 +126,7 @@ BREAKS = {
         lambda b: edit_text(b / "usd/scene.usda", lambda t: t.replace("rigidBodyEnabled = 0", "rigidBodyEnabled = 1")),
         lambda b: edit_attributes(b, "physics:approximation", lambda a: setattr(a, "default", "convexDecomposition")),
         lambda b: edit_attributes(b, "physics:mass", lambda a: setattr(a, "default", a.default + 1)),
+        lambda b: edit_text(b / "urdf/table/table.urdf", lambda t: re.sub('<box size="', '<box size="1', t)),
         lambda b: edit_attributes(b, "extent", lambda a: setattr(a, "default", [(-9, -9, -9), (9, 9, 9)])),
         lambda b: edit_attributes(b, "physics:dynamicFriction", lambda a: setattr(a, "name", "physics:someFriction")),
         # Only OpenUSD's own validators see this one.
@@ -137,15 +143,16 @@ BREAKS = {
         lambda b: edit_text(b / "mjcf/scene.xml", lambda t: t.replace("</mujoco>", "")),
         lambda b: (b / f"mjcf/{first(b)}/{first(b)}.xml").unlink(),
         lambda b: edit_text(b / f"mjcf/{first(b)}/{first(b)}.xml", lambda t: t.replace("top_site", "upper_site")),
+        lambda b: min((b / "mjcf/assets/hulls").glob(f"{first(b)}_*.obj")).unlink(),
     ],
     "urdf": [
-        lambda b: (b / f"urdf/{first(b)}/hull_00.obj").unlink(),
+        lambda b: hull(b / f"urdf/{first(b)}").unlink(),
         lambda b: edit_text(b / f"urdf/{first(b)}/{first(b)}.urdf", lambda t: t.replace('<mass value="', '<mass value="1')),
         lambda b: edit_text(b / "urdf/scene.urdf", lambda t: t.replace('<origin xyz="', '<origin xyz="1')),
         lambda b: edit_text(b / "urdf/scene.urdf", lambda t: t.replace(f"{first(b)}_hull_00", "table_hull_00")),
     ],
     "bullet": [
-        lambda b: (b / f"urdf/{first(b)}/hull_00.obj").unlink(),
+        lambda b: hull(b / f"urdf/{first(b)}").unlink(),
         lambda b: edit_text(b / f"urdf/{first(b)}/{first(b)}.urdf", lambda t: t.replace('<mass value="', '<mass value="1')),
         lambda b: edit_text(b / "urdf/scene.urdf", lambda t: t.replace("</robot>", "")),
     ],
@@ -153,7 +160,7 @@ BREAKS = {
         lambda b: edit_text(b / "sdf/world.sdf", lambda t: t.replace("<mass>", "<mass>1", 1)),
         lambda b: edit_text(model(b), lambda t: t.replace("<inertial>", "<inertial><!--").replace("</inertial>", "--></inertial>")),
         lambda b: edit_text(b / "sdf/world.sdf", lambda t: t.replace(f'<model name="{first(b)}">', '<model name="nobody">')),
-        lambda b: (model(b).parent / "hull_00.obj").unlink(),
+        lambda b: hull(model(b).parent).unlink(),
         lambda b: edit_text(b / "sdf/world.sdf", lambda t: t.replace("</world>", "")),
     ],
     "glb": [

@@ -1,5 +1,6 @@
 """OpenUSD opens the stage and every prop; all of its validators are silent; physics is the scene's."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import trimesh
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade, UsdValidation
 
 from overheard import Overheard
+from shapes import shapes
 from verdict import Verdict, bodies, differs, inertia_tensor, read_scene, rotation
 
 VALIDATORS = 30
@@ -109,8 +111,9 @@ def check_body(verdict, body, prim) -> int:
         if child.HasAPI(UsdPhysics.CollisionAPI):
             hulls += 1
             approximation = UsdPhysics.MeshCollisionAPI(child).GetApproximationAttr().Get()
+            wanted = "convexHull" if child.IsA(UsdGeom.Mesh) else None
             purpose = UsdGeom.Imageable(child).ComputePurpose()
-            if approximation != "convexHull" or purpose != "guide":
+            if approximation != wanted or purpose != "guide":
                 verdict.complaints.append(f"{child.GetPath()}: {approximation}, purpose {purpose}")
             check_material(verdict, body, child)
     if hulls != body["hulls"]:
@@ -135,19 +138,38 @@ def labels(prim, kind):
 
 
 def check_shapes(verdict, bundle, body, prim):
-    """Volumes of hulls, and extents of what is seen, against the files of other formats, which trimesh reads."""
+    """Kinds, places and volumes of colliders, and extents of what is seen, against the URDF, whose meshes trimesh reads."""
     meshes = [UsdGeom.Mesh(child) for child in Usd.PrimRange(prim) if child.IsA(UsdGeom.Mesh)]
-    hulls = sorted((m for m in meshes if m.GetPrim().HasAPI(UsdPhysics.CollisionAPI)), key=lambda m: str(m.GetPath()))
-    for k, hull in enumerate(hulls):
-        path = bundle / "urdf" / body["name"] / f"hull_{k:02}.obj"
-        wanted = trimesh.load_mesh(path).volume
-        if differs(as_trimesh(hull).volume, wanted, 1e-4, 1e-12):
-            verdict.complaints.append(f"{body['name']}: hull {k} has another volume than {path.name}")
-    seen = [as_trimesh(mesh) for mesh in meshes if mesh not in hulls]
+    colliders = sorted((c for c in Usd.PrimRange(prim) if c.HasAPI(UsdPhysics.CollisionAPI)), key=lambda c: str(c.GetPath()))
+    for k, (collider, told) in enumerate(zip(colliders, shapes(bundle, body["name"]))):
+        kind, volume = measured(collider)
+        wanted = trimesh.load_mesh(told.path).volume if told.kind == "mesh" else told.volume()
+        # URDF has no capsules.
+        if kind != told.kind and kind != "capsule" or differs(volume, wanted, 1e-4 if kind != "capsule" else 0.05, 1e-12):
+            verdict.complaints.append(f"{body['name']}: collider {k} is a {kind} of {volume} m^3, not {told.kind} of {wanted}")
+        place = UsdGeom.Xformable(collider).GetLocalTransformation().ExtractTranslation()
+        if told.kind != "mesh" and differs(list(place), told.position, 0.0, 1e-9):
+            verdict.complaints.append(f"{body['name']}: collider {k} is at {place}, not at {told.position}")
+    seen = [as_trimesh(mesh) for mesh in meshes if not mesh.GetPrim().HasAPI(UsdPhysics.CollisionAPI)]
     low = np.min([mesh.bounds[0] for mesh in seen], axis=0)
     high = np.max([mesh.bounds[1] for mesh in seen], axis=0)
     if differs(high - low, body["size_m"], 1e-5, 1e-6):
         verdict.complaints.append(f"{body['name']}: what is seen measures {high - low}, not {body['size_m']}")
+
+
+def measured(collider):
+    """(kind, volume) of a collider."""
+    if collider.IsA(UsdGeom.Mesh):
+        return "mesh", as_trimesh(UsdGeom.Mesh(collider)).volume
+    if collider.IsA(UsdGeom.Cube):
+        scale = UsdGeom.Xformable(collider).GetLocalTransformation().GetDeterminant()
+        return "box", UsdGeom.Cube(collider).GetSizeAttr().Get() ** 3 * scale
+    radius = collider.GetAttribute("radius").Get()
+    ball = 4 / 3 * math.pi * radius**3
+    if collider.IsA(UsdGeom.Sphere):
+        return "sphere", ball
+    side = math.pi * radius**2 * collider.GetAttribute("height").Get()
+    return ("cylinder", side) if collider.IsA(UsdGeom.Cylinder) else ("capsule", side + ball)
 
 
 def as_trimesh(mesh):

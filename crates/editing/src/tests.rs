@@ -43,6 +43,8 @@ fn certify_settings() -> CertifySettings {
         dss_displacement_m: 0.03,
         dss_rotation_rad: 30_f64.to_radians(),
         dss_duration_s: 5.0,
+        rest_side_share: 0.25,
+        rest_rotation_rad: 2_f64.to_radians(),
     }
 }
 

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use geometry::parallel_grasp::ParallelGrasp;
-use geometry::{ConvexHull, Friction, MassProperties, Pose, TexturedMesh};
+use geometry::{ConvexHull, Friction, MassProperties, Pose, SimpleSolid, TexturedMesh};
 use scene::Scene;
 
 use super::surface::printable_surface;
@@ -70,6 +70,8 @@ pub struct Body {
     pub world_from_object: Pose,
     pub visual: TexturedMesh,
     pub hulls: Vec<ConvexHull>,
+    /// For each hull, the box, cylinder, sphere or capsule that it stands for; formats hold that in its place.
+    pub solids: Vec<Option<SimpleSolid>>,
     pub mass: MassProperties,
     pub friction: Friction,
     pub restitution: f64,
@@ -78,6 +80,11 @@ pub struct Body {
 }
 
 impl Body {
+    /// Numbers of the hulls that stand for no simple solid.
+    pub fn mesh_hulls(&self) -> impl Iterator<Item = usize> {
+        (0..self.hulls.len()).filter(move |&k| self.solids[k].is_none())
+    }
+
     /// Inertia tensor about the center of mass along the object's axes, kg m^2.
     pub fn inertia_tensor_kg_m2(&self) -> DMat3 {
         let axes = DMat3::from_quat(self.mass.principal_axes_xyzw.normalize());
@@ -179,6 +186,7 @@ fn checked_body(facts: &Facts<'_>, asset: &BodyAsset) -> Result<Body, ExportErro
         world_from_object: Pose { translation_m: pose.translation_m, rotation: pose.rotation.normalize() },
         visual,
         hulls: asset.hulls.clone(),
+        solids: asset.hulls.iter().map(SimpleSolid::of_hull).collect(),
         mass: facts.mass,
         friction: facts.friction,
         restitution: facts.restitution,

@@ -26,6 +26,7 @@ pub mod wavefront;
 pub mod usd;
 mod sun;
 pub mod urdf;
+mod ros_package;
 pub mod mjcf;
 pub mod sdf;
 pub mod glb;
@@ -40,7 +41,7 @@ mod tests;
 pub use archive::zip_bundle;
 pub use assets::{Assets, BodyAsset, BundleFile, Images};
 pub use body::{Body, BodyFault};
-pub use settings::{ExportSettings, UsdForm};
+pub use settings::{ExportSettings, UrdfPaths, UsdForm};
 
 use rayon::prelude::*;
 
@@ -105,7 +106,12 @@ pub fn write_formats(
     let wavefronts: Vec<Wavefront> = bodies.par_iter().map(Wavefront::of).collect();
     // The formats are independent, so they are written in parallel; their order in the bundle is fixed.
     let ((usd, urdf), (mjcf, (sdf, glb))) = rayon::join(
-        || rayon::join(|| usd::write(scene, &bodies, images, settings), || urdf::write(&bodies, &wavefronts)),
+        || {
+            rayon::join(
+                || usd::write(scene, &bodies, images, settings),
+                || urdf::write(scene, &bodies, &wavefronts, settings),
+            )
+        },
         || {
             rayon::join(
                 || mjcf::write(scene, &bodies, &wavefronts, settings),
@@ -123,7 +129,7 @@ pub fn write_formats(
         "schema",
         "application/schema+json",
     ));
-    files.push(readme::write(scene, &bodies, settings.usd));
+    files.push(readme::write(scene, &bodies, settings));
     files.sort_by(|a, b| a.path.cmp(&b.path));
     let manifest = manifest::write(scene, assets, &files, settings)?;
     files.push(manifest);

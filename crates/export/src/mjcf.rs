@@ -1,20 +1,20 @@
 //! `mjcf/scene.xml`: the scene for MuJoCo, and `mjcf/<name>/<name>.xml`: each object for loaders of robosuite's kind.
 //!
 //! World frame of the scene (table top at z = 0, floor plane at -height). Every movable body has a free
-//! joint and an explicit inertial frame; hulls are inline vertex lists in geom group 3, visual meshes
-//! are in group 2 without contact. Friction is sliding (the dynamic coefficient), torsional and
-//! rolling, so contacts have six dimensions; the cone is elliptic and several contact points per pair
-//! are on, without which cups creep by a centimeter in seconds.
+//! joint and an explicit inertial frame; collision shapes are in geom group 3, visual meshes in group 2 without contact.
+//! Hulls are files, as Drake's reader of MJCF ignores lists of vertices; what is a box, cylinder, sphere or capsule is one. Friction is sliding (the dynamic coefficient), torsional
+//! and rolling, so contacts have six dimensions; the cone is elliptic and several contact points per pair are on, without
+//! which cups creep by a centimeter in seconds. Contacts are the stiffest that the step allows ([`CONTACT_STEPS`]).
 //!
 //! The file of an object holds the body `object` without a joint, which loaders add, and beside it the sites that they
-//! place it by: `bottom_site`, `top_site` and `horizontal_radius_site`. Its hulls are in group 0, its visual meshes in
-//! group 1, as such loaders expect. Paths are relative to the file. The file of a stand-in also holds its texts.
+//! place it by: `bottom_site`, `top_site` and `horizontal_radius_site`. Its collision shapes are in group 0, its visual
+//! meshes in group 1, as such loaders expect. Paths are relative to the file. The file of a stand-in also holds its texts.
 
 use rayon::prelude::*;
 
 use glam::{DQuat, DVec3};
 
-use geometry::Material;
+use geometry::{Material, Pose, SimpleSolid, SimpleSolidKind};
 use scene::Scene;
 
 use super::number::spaced;
@@ -29,6 +29,11 @@ pub const LABEL_PREFIX: &str = "label_";
 /// Name prefix of the text entries that mark stand-ins; their data is `true`.
 pub const STAND_IN_PREFIX: &str = "stand_in_";
 
+/// Time constant of contacts in steps; MuJoCo accepts no fewer. An object sinks by gravity times the square of that time,
+/// times the number of objects that it carries: a sixth of a millimeter each at 2 ms, less than a tenth of a coin. With
+/// MuJoCo's default of 20 ms, the coins of a stack sink by 12 mm into each other and towers fall.
+const CONTACT_STEPS: f64 = 2.0;
+
 /// `mjcf/scene.xml` and its meshes and textures under `mjcf/assets/`.
 pub fn write(
     scene: &Scene,
@@ -38,7 +43,7 @@ pub fn write(
 ) -> Vec<BundleFile> {
     let both = bodies.par_iter().zip(wavefronts);
     let mut files: Vec<BundleFile> = both.flat_map_iter(|(body, obj)| asset_files(body, obj)).collect();
-    files.extend(bodies.iter().filter(|body| body.movable).map(object_file));
+    files.extend(bodies.iter().filter(|body| body.movable).map(|body| object_file(body, settings)));
     let text = scene_xml(scene, bodies, settings);
     files.push(BundleFile::text("mjcf/scene.xml", text, "mjcf_scene", "application/xml"));
     files
@@ -55,6 +60,10 @@ fn asset_files(body: &Body, wavefront: &Wavefront) -> Vec<BundleFile> {
             files.push(BundleFile::png(path, png.to_vec(), "mjcf_texture"));
         }
     }
+    for k in body.mesh_hulls() {
+        let path = format!("mjcf/assets/{}", hull_file(body, k));
+        files.push(BundleFile::text(path, wavefront.hull(k).to_owned(), "mjcf_hull", "model/obj"));
+    }
     files
 }
 
@@ -62,12 +71,16 @@ fn mesh_file(body: &Body, material: &Material) -> String {
     format!("{}_{}.obj", body.name, material.name)
 }
 
+fn hull_file(body: &Body, k: usize) -> String {
+    format!("hulls/{}_{k:02}.obj", body.name)
+}
+
 fn texture_file(body: &Body, material: &Material) -> String {
     format!("{}_{}.png", body.name, material.name)
 }
 
 /// The file of one object, its frame that of the object.
-fn object_file(body: &Body) -> BundleFile {
+fn object_file(body: &Body, settings: &ExportSettings) -> BundleFile {
     let mut document = XmlDocument::new();
     document.open("mujoco", &[("model", &body.name)]);
     document.empty("compiler", &[("angle", "radian")]);
@@ -82,7 +95,7 @@ fn object_file(body: &Body) -> BundleFile {
     document.open("worldbody", &[]);
     document.open("body", &[]);
     document.open("body", &[("name", "object")]);
-    write_shapes(&mut document, body, Groups { visual: "1", hulls: "0" });
+    write_shapes(&mut document, body, Groups { visual: "1", hulls: "0" }, settings);
     document.close();
     let (low, high) = body.visual.bounds();
     let radius_m = body.visual.positions.iter().map(|p| p.truncate().length()).fold(0.0, f64::max);
@@ -150,13 +163,19 @@ fn scene_xml(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> Strin
             ("pos", &floor),
             ("size", "5 5 0.1"),
             ("condim", "6"),
+            ("solref", &solref(settings)),
             ("rgba", "0.82 0.82 0.8 1"),
         ],
     );
     for body in bodies {
-        write_body(&mut document, body);
+        write_body(&mut document, body, settings);
     }
     document.finish()
+}
+
+/// Time constant and damping ratio of contacts; 1 is critical.
+fn solref(settings: &ExportSettings) -> String {
+    spaced(&[CONTACT_STEPS * settings.mujoco_timestep_s, 1.0])
 }
 
 /// The label, or the name if the label is empty, as MuJoCo rejects empty text; and the mark of a stand-in.
@@ -195,25 +214,25 @@ fn write_assets(document: &mut XmlDocument, body: &Body, folder: &str) {
     for group in &body.visual.groups {
         let material = &body.visual.materials[group.material];
         let name = format!("{}_visual_{}", body.name, material.name);
-        // The inertia of visual meshes is not used; shells need not enclose a volume.
+        // The inertia of meshes is not used; shells need not enclose a volume.
         let file = format!("{folder}{}", mesh_file(body, material));
         document.empty("mesh", &[("name", &name), ("inertia", "shell"), ("file", &file)]);
     }
-    for (k, hull) in body.hulls.iter().enumerate() {
-        let corners: Vec<f64> = hull.points.iter().flat_map(|p| p.to_array()).collect();
+    for k in body.mesh_hulls() {
         let name = format!("{}_hull_{k:02}", body.name);
-        document.empty("mesh", &[("name", &name), ("vertex", &spaced(&corners))]);
+        let file = format!("{folder}{}", hull_file(body, k));
+        document.empty("mesh", &[("name", &name), ("inertia", "shell"), ("file", &file)]);
     }
 }
 
-fn write_body(document: &mut XmlDocument, body: &Body) {
+fn write_body(document: &mut XmlDocument, body: &Body, settings: &ExportSettings) {
     let pose = &body.world_from_object;
     let position = spaced(&pose.translation_m.to_array());
     document.open("body", &[("name", &body.name), ("pos", &position), ("quat", &quaternion(pose.rotation))]);
     if body.movable {
         document.empty("freejoint", &[("name", &format!("{}_free", body.name))]);
     }
-    write_shapes(document, body, Groups { visual: "2", hulls: "3" });
+    write_shapes(document, body, Groups { visual: "2", hulls: "3" }, settings);
     document.close();
 }
 
@@ -223,8 +242,8 @@ struct Groups {
     hulls: &'static str,
 }
 
-/// Inertia, visual meshes and hulls of the open body.
-fn write_shapes(document: &mut XmlDocument, body: &Body, groups: Groups) {
+/// Inertia, visual meshes and collision shapes of the open body.
+fn write_shapes(document: &mut XmlDocument, body: &Body, groups: Groups, settings: &ExportSettings) {
     document.empty(
         "inertial",
         &[
@@ -252,21 +271,45 @@ fn write_shapes(document: &mut XmlDocument, body: &Body, groups: Groups) {
     }
     let friction =
         spaced(&[body.friction.dynamic_coefficient, body.torsional_friction_m, body.rolling_friction_m]);
-    for k in 0..body.hulls.len() {
+    let solref = solref(settings);
+    for (k, solid) in body.solids.iter().enumerate() {
         let name = format!("{}_hull_{k:02}", body.name);
-        document.empty(
-            "geom",
-            &[
-                ("name", &name),
-                ("type", "mesh"),
-                ("mesh", &name),
-                ("group", groups.hulls),
-                ("condim", "6"),
-                ("friction", &friction),
-                ("rgba", "0.2 0.7 0.3 0.4"),
-            ],
+        let shape = solid.as_ref().map_or_else(
+            || vec![("type", "mesh".to_owned()), ("mesh", name.clone())],
+            |solid| solid_attributes(solid).into(),
         );
+        let mut attributes = vec![("name", name.as_str())];
+        attributes.extend(shape.iter().map(|(key, value)| (*key, value.as_str())));
+        attributes.extend([
+            ("group", groups.hulls),
+            ("condim", "6"),
+            ("friction", friction.as_str()),
+            ("solref", solref.as_str()),
+            ("rgba", "0.2 0.7 0.3 0.4"),
+        ]);
+        document.empty("geom", &attributes);
     }
+}
+
+/// Type, size and place of a geom that is no mesh.
+fn solid_attributes(solid: &SimpleSolid) -> [(&'static str, String); 4] {
+    let (kind, size) = match solid.kind {
+        SimpleSolidKind::Box { half_m } => ("box", spaced(&half_m.to_array())),
+        SimpleSolidKind::Cylinder { radius_m, half_length_m } => {
+            ("cylinder", spaced(&[radius_m, half_length_m]))
+        }
+        SimpleSolidKind::Sphere { radius_m } => ("sphere", spaced(&[radius_m])),
+        SimpleSolidKind::Capsule { radius_m, half_length_m } => {
+            ("capsule", spaced(&[radius_m, half_length_m]))
+        }
+    };
+    let Pose { translation_m, rotation } = solid.object_from_solid;
+    [
+        ("type", kind.to_owned()),
+        ("size", size),
+        ("pos", spaced(&translation_m.to_array())),
+        ("quat", quaternion(rotation)),
+    ]
 }
 
 fn write_camera(document: &mut XmlDocument, scene: &Scene) {

@@ -2,10 +2,11 @@
 
 use scene::Scene;
 
-use super::{Body, BundleFile, UsdForm, usd};
+use super::{Body, BundleFile, ExportSettings, UrdfPaths, UsdForm, ros_package, usd};
 
 /// The text, with the scene's own names and paths in the examples.
-pub fn write(scene: &Scene, bodies: &[Body], usd_form: UsdForm) -> BundleFile {
+pub fn write(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> BundleFile {
+    let usd_form = settings.usd;
     let example = bodies.iter().find(|body| body.movable).or(bodies.first());
     let example = example.map_or("table", |body| &body.name);
     let rows: String = bodies
@@ -21,11 +22,29 @@ pub fn write(scene: &Scene, bodies: &[Body], usd_form: UsdForm) -> BundleFile {
         .replace("{example}", example)
         .replace("{height}", &format!("{:.3}", scene.table.height_m))
         .replace("{usd_stage}", usd::stage_path(usd_form))
+        .replace("{validated_prop}", &validated_prop(usd_form, example))
         .replace("{usd_prop}", &usd::prop_path(usd_form, "<name>"))
         .replace("{stand_ins}", stand_ins)
+        .replace("{ros}", &ros(scene, settings.urdf))
         .replace("{grasps}", &grasps(scene))
         .replace("{rows}", &rows);
     BundleFile::text("README.md", text, "readme", "text/markdown")
+}
+
+/// The section of a bundle whose URDF folder is a ROS 2 package.
+fn ros(scene: &Scene, paths: UrdfPaths) -> String {
+    match paths {
+        UrdfPaths::Relative => String::new(),
+        UrdfPaths::Ros2 => ROS.replace("{package}", &ros_package::name(scene)),
+    }
+}
+
+/// How a prop is validated; the validator opens no packages.
+fn validated_prop(form: UsdForm, name: &str) -> String {
+    match form {
+        UsdForm::Usdz => String::new(),
+        UsdForm::Usda | UsdForm::Usdc => VALIDATED_PROP.replace("{path}", &usd::prop_path(form, name)),
+    }
 }
 
 /// The section of a bundle with grasps.
@@ -80,5 +99,27 @@ for o in scene["instances"]:
         print(o["name"], grasp["object_from_tool"], grasp["opening_m"], grasp["force_n"])
 ```
 "#;
+
+/// How the ROS 2 package is used.
+const ROS: &str = "
+## ROS 2
+
+`urdf/` is the package `{package}`; its meshes are `package://` paths, which the examples above do not resolve.
+
+```sh
+mkdir -p ~/scene_ws/src && cp -r urdf ~/scene_ws/src/{package} && cd ~/scene_ws
+colcon build && . install/setup.sh
+ros2 launch urdf_tutorial display.launch.py model:=$(ros2 pkg prefix {package})/share/{package}/scene.urdf
+```
+";
+
+const VALIDATED_PROP: &str = "Whether a prop is a SimReady Robotics-Prop (the stage is none):
+
+```sh
+pip install simready-validate simready-foundation-tier-core
+simready-validate --profile Robotics-Prop --version 4.0.0 {path}
+```
+
+";
 
 const TEMPLATE: &str = include_str!("readme_template.md");

@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DVec3};
 use serde::Serialize;
 
-use geometry::{ConvexHull, Pose};
+use geometry::{ConvexHull, Pose, SimpleSolid, SimpleSolidKind};
 
 use super::{Body, BundleFile, ExportError};
 
@@ -72,12 +72,19 @@ struct ReadBody {
     world_from_object: Pose,
     /// `None` where the format leaves this to the loader.
     movable: Option<bool>,
-    /// Corners of every hull, object frame.
-    hulls: Vec<Vec<DVec3>>,
+    /// Every hull, object frame.
+    hulls: Vec<ReadHull>,
     /// Triangles of the visual meshes by material, object frame; `None` where they are compared separately.
     visual: Option<BTreeMap<String, Vec<[DVec3; 3]>>>,
     /// `None` where they are compared separately.
     labels: Option<ReadLabels>,
+}
+
+/// A collision shape: the corners of a hull, or the solid that it stands for.
+#[derive(Clone, Debug, PartialEq)]
+enum ReadHull {
+    Corners(Vec<DVec3>),
+    Solid(SimpleSolid),
 }
 
 /// Contact parameters of a body; `None` where the format has no place for one.
@@ -217,14 +224,11 @@ fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatDeviation, String>
         let inertia_difference = (found.inertia_tensor_kg_m2 - inertia).to_cols_array();
         let pose = body.world_from_object;
         let (mut corner_m, mut volume): (f64, f64) = (0.0, 0.0);
-        for (hull, found) in body.hulls.iter().zip(&found.hulls) {
-            if hull.points.len() != found.len() {
-                return Err(format!("{}: a hull has {} corners", body.name, found.len()));
-            }
-            let farthest = hull.points.iter().zip(found).map(|(a, b)| (*a - *b).length());
-            corner_m = farthest.fold(corner_m, larger);
-            let found = ConvexHull { points: found.clone(), triangles: hull.triangles.clone() };
-            volume = larger(volume, (found.volume_m3() / hull.volume_m3() - 1.0).abs());
+        for (k, found) in found.hulls.iter().enumerate() {
+            let difference = compare_hull(&body.hulls[k], body.solids[k].as_ref(), found);
+            let [apart_m, grown] =
+                difference.map_err(|reason| format!("{}: hull {k} {reason}", body.name))?;
+            (corner_m, volume) = (larger(corner_m, apart_m), larger(volume, grown));
         }
         let vertex_m = match &found.visual {
             Some(triangles) => visuals::farthest_corner_m(&body.visual, triangles)
@@ -273,6 +277,45 @@ fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatDeviation, String>
         }
     }
     Ok(deviation)
+}
+
+/// Largest distance of a corner, or of the middle of a face of a solid, and relative difference of volumes.
+fn compare_hull(
+    hull: &ConvexHull,
+    solid: Option<&SimpleSolid>,
+    found: &ReadHull,
+) -> Result<[f64; 2], &'static str> {
+    match (solid, found) {
+        (Some(solid), ReadHull::Solid(found)) => {
+            if std::mem::discriminant(&solid.kind) != std::mem::discriminant(&found.kind) {
+                return Err("is another solid");
+            }
+            let farthest =
+                face_centers(solid).into_iter().zip(face_centers(found)).map(|(a, b)| a.distance(b));
+            Ok([farthest.fold(0.0, larger), (found.volume_m3() / solid.volume_m3() - 1.0).abs()])
+        }
+        // URDF has no capsules.
+        (
+            None | Some(SimpleSolid { kind: SimpleSolidKind::Capsule { .. }, .. }),
+            ReadHull::Corners(corners),
+        ) => {
+            if hull.points.len() != corners.len() {
+                return Err("has another number of corners");
+            }
+            let farthest = hull.points.iter().zip(corners).map(|(a, b)| a.distance(*b)).fold(0.0, larger);
+            let found = ConvexHull { points: corners.clone(), triangles: hull.triangles.clone() };
+            Ok([farthest, (found.volume_m3() / hull.volume_m3() - 1.0).abs()])
+        }
+        (Some(_), ReadHull::Corners(_)) => Err("is a mesh and not the solid"),
+        (None, ReadHull::Solid(_)) => Err("is a solid and not the mesh"),
+    }
+}
+
+/// Where a solid's own axes leave it on the positive side, and its center.
+fn face_centers(solid: &SimpleSolid) -> [DVec3; 4] {
+    let half_m = solid.half_size_m();
+    [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z]
+        .map(|axis| solid.object_from_solid.transform_point(axis * half_m))
 }
 
 /// Checks a difference against its tolerance and rounds it up to a power of ten, which hides the rounding of the
@@ -389,7 +432,7 @@ fn points(text: &str) -> ReadResult<Vec<DVec3>> {
 }
 
 /// Corners of a hull in a Wavefront file. Its faces must enclose a positive volume.
-fn obj_hull(text: &str) -> ReadResult<Vec<DVec3>> {
+fn obj_hull(text: &str) -> ReadResult<ReadHull> {
     let rows: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("v ")).collect();
     let corners = points(&rows.join(" "))?;
     let mut triangles = Vec::new();
@@ -405,7 +448,7 @@ fn obj_hull(text: &str) -> ReadResult<Vec<DVec3>> {
     }
     let hull = ConvexHull { points: corners, triangles };
     if hull.volume_m3() > 0.0 {
-        Ok(hull.points)
+        Ok(ReadHull::Corners(hull.points))
     } else {
         Err("a hull encloses no volume or is inside out".to_owned())
     }

@@ -1,6 +1,7 @@
 //! `sdf/`: the scene as one SDFormat 1.9 world, and each body in a model folder of its own.
 //!
-//! World frame of the scene. Every hull is a `<collision>`; visual meshes have none. Inertia is the solid's
+//! World frame of the scene. Every hull is a `<collision>`: a mesh, or the box, cylinder, sphere or capsule that it stands
+//! for; visual meshes have none. Inertia is the solid's
 //! full tensor about its center of mass. Friction is the dynamic coefficient in both directions; resistance to
 //! spinning is given as a patch whose radius is that length, with the coefficient that makes the torque
 //! radius times normal force. Mesh paths are relative to the file that names them.
@@ -13,7 +14,7 @@
 
 use rayon::prelude::*;
 
-use geometry::Pose;
+use geometry::{Pose, SimpleSolid, SimpleSolidKind};
 use scene::Scene;
 
 use super::number::spaced;
@@ -35,6 +36,8 @@ pub const DRAKE_NAMESPACE: &str = "http://drake.mit.edu";
 const DRAKE_MODULUS_PA: f64 = 1e7;
 /// Dissipation of Drake's contacts, s/m: less lets stacked books jump at steps of 5 ms.
 const DRAKE_DISSIPATION_S_M: f64 = 50.0;
+/// Edge length of the mesh that Drake makes of what is round, share of the radius: 25 sides.
+const DRAKE_ROUND_SHARE: f64 = 0.25;
 
 /// All files under `sdf/`.
 pub fn write(
@@ -65,7 +68,7 @@ fn model_files(body: &Body, wavefront: &Wavefront, settings: &ExportSettings) ->
             "application/xml",
         ),
     ];
-    files.extend(wavefront.files(body, &folder, "sdf"));
+    files.extend(wavefront.files(body, &folder, "sdf", body.mesh_hulls()));
     files
 }
 
@@ -159,11 +162,14 @@ fn write_model(document: &mut XmlDocument, body: &Body, world_from_object: &Pose
         write_mesh(document, &format!("{prefix}{}", visual_file(k)));
         document.close();
     }
-    for k in 0..body.hulls.len() {
+    for (k, solid) in body.solids.iter().enumerate() {
         document.open("collision", &[("name", &format!("hull_{k:02}"))]);
-        write_mesh(document, &format!("{prefix}{}", hull_file(k)));
+        match solid {
+            Some(solid) => write_solid(document, solid),
+            None => write_mesh(document, &format!("{prefix}{}", hull_file(k))),
+        }
         write_surface(document, body);
-        write_proximity(document, body);
+        write_proximity(document, body, solid.as_ref());
         document.close();
     }
     document.close();
@@ -171,8 +177,12 @@ fn write_model(document: &mut XmlDocument, body: &Body, world_from_object: &Pose
 }
 
 /// Drake's contact properties: <https://drake.mit.edu/doxygen_cxx/group__multibody__parsing.html>.
-fn write_proximity(document: &mut XmlDocument, body: &Body) {
+fn write_proximity(document: &mut XmlDocument, body: &Body, solid: Option<&SimpleSolid>) {
     document.open("drake:proximity_properties", &[]);
+    if let Some(solid) = solid.filter(|solid| !matches!(solid.kind, SimpleSolidKind::Box { .. })) {
+        let edge_m = DRAKE_ROUND_SHARE * solid.half_size_m().x;
+        document.text_element("drake:mesh_resolution_hint", &spaced(&[edge_m]));
+    }
     if body.movable {
         document.empty("drake:compliant_hydroelastic", &[]);
         document.text_element("drake:hydroelastic_modulus", &spaced(&[DRAKE_MODULUS_PA]));
@@ -189,6 +199,34 @@ fn write_mesh(document: &mut XmlDocument, uri: &str) {
     document.open("geometry", &[]);
     document.open("mesh", &[]);
     document.text_element("uri", uri);
+    document.close();
+    document.close();
+}
+
+fn write_solid(document: &mut XmlDocument, solid: &SimpleSolid) {
+    let (position, angles) = origin(&solid.object_from_solid);
+    document.text_element("pose", &spaced(&[position.to_array(), angles.to_array()].concat()));
+    document.open("geometry", &[]);
+    match solid.kind {
+        SimpleSolidKind::Box { half_m } => {
+            document.open("box", &[]);
+            document.text_element("size", &spaced(&(2.0 * half_m).to_array()));
+        }
+        SimpleSolidKind::Cylinder { radius_m, half_length_m } => {
+            document.open("cylinder", &[]);
+            document.text_element("radius", &spaced(&[radius_m]));
+            document.text_element("length", &spaced(&[2.0 * half_length_m]));
+        }
+        SimpleSolidKind::Sphere { radius_m } => {
+            document.open("sphere", &[]);
+            document.text_element("radius", &spaced(&[radius_m]));
+        }
+        SimpleSolidKind::Capsule { radius_m, half_length_m } => {
+            document.open("capsule", &[]);
+            document.text_element("radius", &spaced(&[radius_m]));
+            document.text_element("length", &spaced(&[2.0 * half_length_m]));
+        }
+    }
     document.close();
     document.close();
 }

@@ -21,10 +21,22 @@ pub struct ExportSettings {
     pub mujoco_impratio: f64,
     /// Form of the USD files.
     pub usd: UsdForm,
+    /// Paths of meshes in the URDF files.
+    pub urdf: UrdfPaths,
     /// Intensity of the USD dome light; brighter is larger.
     pub usd_dome_intensity: f64,
     /// Intensity of the USD sun.
     pub usd_sun_intensity: f64,
+}
+
+/// Paths of meshes in the URDF files.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum UrdfPaths {
+    /// Relative to the file.
+    Relative,
+    /// `package://`; the folder is a ROS 2 package.
+    Ros2,
 }
 
 /// File format of the USD layers.

@@ -1,38 +1,59 @@
 //! `urdf/`: one robot description per body, and the whole scene as one fixed assembly.
 //!
-//! Meshes are in meters, scale 1, with paths relative to the description. Inertia is the solid's full
-//! tensor about its center of mass. Every hull is a `<collision>` of its own. Friction is in
+//! Meshes are in meters, scale 1, with paths relative to the description or, on request, to a ROS 2 package. Inertia is the solid's full
+//! tensor about its center of mass. Every hull is a `<collision>` of its own: a mesh, or the box, cylinder or sphere that
+//! it stands for (URDF has no capsule). Friction is in
 //! `<contact>` (PyBullet) and `<gazebo>` tags; both hold the dynamic coefficient.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use geometry::Pose;
+use geometry::{Pose, SimpleSolid, SimpleSolidKind};
+use scene::Scene;
 
 use super::number::spaced;
 use super::wavefront::{Wavefront, hull_file, visual_file};
 use super::xml::{LABEL_NAMESPACE, XmlDocument};
-use super::{Body, BundleFile};
+use super::{Body, BundleFile, ExportSettings, UrdfPaths, ros_package};
 
 /// All files under `urdf/`.
-pub fn write(bodies: &[Body], wavefronts: &[Wavefront]) -> Vec<BundleFile> {
+pub fn write(
+    scene: &Scene,
+    bodies: &[Body],
+    wavefronts: &[Wavefront],
+    settings: &ExportSettings,
+) -> Vec<BundleFile> {
+    let package =
+        (settings.urdf == UrdfPaths::Ros2).then(|| format!("package://{}/", ros_package::name(scene)));
     let both = bodies.par_iter().zip(wavefronts);
-    let mut files: Vec<BundleFile> = both.flat_map_iter(|(body, obj)| body_files(body, obj)).collect();
-    files.push(BundleFile::text("urdf/scene.urdf", assembly(bodies), "urdf_scene", "application/xml"));
+    let mut files: Vec<BundleFile> =
+        both.flat_map_iter(|(body, obj)| body_files(body, obj, package.as_deref())).collect();
+    let assembly = assembly(bodies, package.as_deref().unwrap_or_default());
+    files.push(BundleFile::text("urdf/scene.urdf", assembly, "urdf_scene", "application/xml"));
+    if package.is_some() {
+        files.extend(ros_package::files(scene, bodies, settings));
+    }
     files
 }
 
-fn body_files(body: &Body, wavefront: &Wavefront) -> Vec<BundleFile> {
+fn body_files(body: &Body, wavefront: &Wavefront, package: Option<&str>) -> Vec<BundleFile> {
     let folder = format!("urdf/{}", body.name);
     let mut document = XmlDocument::new();
     open_robot(&mut document, &body.name);
     write_label(&mut document, body);
-    write_link(&mut document, body, "");
+    let meshes = package.map_or_else(String::new, |package| format!("{package}{}/", body.name));
+    write_link(&mut document, body, "", &meshes);
     write_gazebo(&mut document, body);
     let path = format!("{folder}/{}.urdf", body.name);
     let mut files = vec![BundleFile::text(path, document.finish(), "urdf", "application/xml")];
-    files.extend(wavefront.files(body, &folder, "urdf"));
+    let meshes = (0..body.hulls.len()).filter(|&k| solid_of(body, k).is_none());
+    files.extend(wavefront.files(body, &folder, "urdf", meshes));
     files
+}
+
+/// The solid that a hull stands for, where URDF knows it.
+fn solid_of(body: &Body, hull: usize) -> Option<&SimpleSolid> {
+    body.solids[hull].as_ref().filter(|solid| !matches!(solid.kind, SimpleSolidKind::Capsule { .. }))
 }
 
 fn open_robot(document: &mut XmlDocument, name: &str) {
@@ -47,8 +68,8 @@ fn write_label(document: &mut XmlDocument, body: &Body) {
     document.empty("tabletopgen:label", &attributes);
 }
 
-/// A link named as the body. Mesh paths and names of shapes start with `prefix`: no name of an assembly repeats.
-fn write_link(document: &mut XmlDocument, body: &Body, prefix: &str) {
+/// A link named as the body. Names of shapes start with `named`, as no name of an assembly repeats; meshes lie in `folder`.
+fn write_link(document: &mut XmlDocument, body: &Body, named: &str, folder: &str) {
     document.open("link", &[("name", &body.name)]);
     document.open("contact", &[]);
     for (name, value) in [
@@ -79,23 +100,47 @@ fn write_link(document: &mut XmlDocument, body: &Body, prefix: &str) {
         ],
     );
     document.close();
-    let named = prefix.replace('/', "_");
     for k in 0..body.visual.groups.len() {
-        let (name, file) = (format!("{named}visual_{k:02}"), format!("{prefix}{}", visual_file(k)));
-        write_geometry(document, "visual", &name, &file);
+        let (name, file) = (format!("{named}visual_{k:02}"), format!("{folder}{}", visual_file(k)));
+        write_mesh(document, "visual", &name, &file);
     }
     for k in 0..body.hulls.len() {
-        let (name, file) = (format!("{named}hull_{k:02}"), format!("{prefix}{}", hull_file(k)));
-        write_geometry(document, "collision", &name, &file);
+        let name = format!("{named}hull_{k:02}");
+        match solid_of(body, k) {
+            Some(solid) => write_solid(document, &name, solid),
+            None => write_mesh(document, "collision", &name, &format!("{folder}{}", hull_file(k))),
+        }
     }
     document.close();
 }
 
-fn write_geometry(document: &mut XmlDocument, element: &'static str, name: &str, file: &str) {
+fn write_mesh(document: &mut XmlDocument, element: &'static str, name: &str, file: &str) {
     document.open(element, &[("name", name)]);
     document.empty("origin", &[("xyz", "0 0 0"), ("rpy", "0 0 0")]);
     document.open("geometry", &[]);
     document.empty("mesh", &[("filename", file), ("scale", "1 1 1")]);
+    document.close();
+    document.close();
+}
+
+fn write_solid(document: &mut XmlDocument, name: &str, solid: &SimpleSolid) {
+    document.open("collision", &[("name", name)]);
+    let (xyz, rpy) = origin(&solid.object_from_solid);
+    document.empty("origin", &[("xyz", &spaced(&xyz.to_array())), ("rpy", &spaced(&rpy.to_array()))]);
+    document.open("geometry", &[]);
+    match solid.kind {
+        SimpleSolidKind::Box { half_m } => {
+            document.empty("box", &[("size", &spaced(&(2.0 * half_m).to_array()))]);
+        }
+        SimpleSolidKind::Cylinder { radius_m, half_length_m }
+        | SimpleSolidKind::Capsule { radius_m, half_length_m } => {
+            let (radius, length) = (spaced(&[radius_m]), spaced(&[2.0 * half_length_m]));
+            document.empty("cylinder", &[("radius", &radius), ("length", &length)]);
+        }
+        SimpleSolidKind::Sphere { radius_m } => {
+            document.empty("sphere", &[("radius", &spaced(&[radius_m]))]);
+        }
+    }
     document.close();
     document.close();
 }
@@ -108,14 +153,14 @@ fn write_gazebo(document: &mut XmlDocument, body: &Body) {
     document.close();
 }
 
-/// Every body fixed to the link `world` at its pose.
-fn assembly(bodies: &[Body]) -> String {
+/// Every body fixed to the link `world` at its pose; the folders of meshes lie in `folder`.
+fn assembly(bodies: &[Body], folder: &str) -> String {
     let mut document = XmlDocument::new();
     open_robot(&mut document, "scene");
     document.empty("link", &[("name", "world")]);
     for body in bodies {
         write_label(&mut document, body);
-        write_link(&mut document, body, &format!("{}/", body.name));
+        write_link(&mut document, body, &format!("{}_", body.name), &format!("{folder}{}/", body.name));
         document.open("joint", &[("name", &format!("world_to_{}", body.name)), ("type", "fixed")]);
         document.empty("parent", &[("link", "world")]);
         document.empty("child", &[("link", &body.name)]);

@@ -44,14 +44,25 @@ impl Wavefront {
         [vertices.as_str(), faces].concat()
     }
 
+    /// Corners and faces of a hull.
+    pub fn hull(&self, k: usize) -> &str {
+        &self.hulls[k]
+    }
+
     /// PNG of a material's texture.
     pub fn texture(&self, material: usize) -> Option<&[u8]> {
         self.textures[material].as_deref()
     }
 
-    /// The files of a body below its folder: visual meshes, material libraries, textures and hulls. Their roles begin
-    /// with `format`.
-    pub fn files(&self, body: &Body, folder: &str, format: &str) -> Vec<BundleFile> {
+    /// The files of a body below its folder: visual meshes, material libraries, textures and the hulls of these numbers.
+    /// Their roles begin with `format`.
+    pub fn files(
+        &self,
+        body: &Body,
+        folder: &str,
+        format: &str,
+        hulls: impl Iterator<Item = usize>,
+    ) -> Vec<BundleFile> {
         let role = |part: &str| format!("{format}_{part}");
         let materials = &body.visual.materials;
         let library = format!("{}.mtl", body.name);
@@ -71,9 +82,9 @@ impl Wavefront {
                 files.push(BundleFile::png(path, png.clone(), &role("texture")));
             }
         }
-        for (k, text) in self.hulls.iter().enumerate() {
+        for k in hulls {
             let path = format!("{folder}/{}", hull_file(k));
-            files.push(BundleFile::text(path, text.clone(), &role("hull"), "model/obj"));
+            files.push(BundleFile::text(path, self.hulls[k].clone(), &role("hull"), "model/obj"));
         }
         files
     }

@@ -6,7 +6,7 @@
 //! more than the tolerance. Then neighbors whose common hull stays within the tolerance are merged, also across
 //! shells. If too many hulls remain, the pairs that add the least volume are merged. Cuts run through the visual
 //! surface itself instead of voxels, so flat undersides stay flat at their height and cavities and handles stay open.
-//! Hulls inside another hull are dropped.
+//! Hulls inside another hull are dropped. Boxes and cylinders with rounded edges are squared ([`SimpleSolid::rounding`]).
 //!
 //! Cutting the mesh itself by planes until each part is nearly convex follows CoACD (Wei et al. 2022), with a greedy
 //! choice of planes instead of a tree search. Pieces lie in disjoint cells, so the sum of their hulls' volumes over the
@@ -45,6 +45,7 @@ use self::merge::merged;
 use self::partition::cut_apart;
 use self::revolution::Revolution;
 use super::ConvexHull;
+use super::SimpleSolid;
 use super::TexturedMesh;
 use super::convex_hull::{convex_hull, convex_hulls, distance_above, planes, without_slivers};
 use super::repair::{Repair, repaired};
@@ -298,8 +299,9 @@ fn revolution_hulls_relaxed_together(
     }
 }
 
-/// The final hull: limited number of corners, minimum thickness, no faces without area. Two hulls of what is round,
-/// where that is permitted; none of what has no volume.
+/// The final hull: limited number of corners, minimum thickness, no faces without area. A box or cylinder with rounded
+/// edges has the hull of the box or cylinder, which engines take as one; anything else that is round has two hulls where
+/// that is permitted; what has no volume has none.
 fn finished(
     fitted_hull: FittedHull,
     may_halve: bool,
@@ -309,10 +311,13 @@ fn finished(
 ) -> Result<Vec<FittedHull>, Cancelled> {
     let points = &fitted_hull.hull.points;
     let (max_vertices, min_thickness_m) = (settings.max_vertices as usize, settings.min_thickness_m);
-    let found = if may_halve {
-        convex_hulls(points, max_vertices, min_thickness_m)
-    } else {
-        convex_hull(points, max_vertices, min_thickness_m).into_iter().collect()
+    let squared = SimpleSolid::rounding(&fitted_hull.hull, settings.tolerance_m)
+        .and_then(|solid| solid.hull(max_vertices / 2))
+        .filter(|hull| hull.points.len() <= max_vertices);
+    let found = match squared {
+        Some(squared) => vec![squared],
+        None if may_halve => convex_hulls(points, max_vertices, min_thickness_m),
+        None => convex_hull(points, max_vertices, min_thickness_m).into_iter().collect(),
     };
     let with_excess = |hull: ConvexHull| -> Result<FittedHull, Cancelled> {
         if hull == fitted_hull.hull {

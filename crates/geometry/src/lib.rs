@@ -40,6 +40,7 @@ pub mod repair;
 pub mod rotational_symmetry;
 pub mod shapes;
 pub mod shells;
+pub mod simple_solid;
 pub mod solid_query;
 pub mod textured_mesh;
 pub mod triangle_shell;
@@ -51,6 +52,7 @@ pub use material::{Material, Rgb};
 pub use outline::Outline;
 pub use pose::Pose;
 pub use posed_primitive::{PosedPrimitive, Posture, PrimitiveKind};
+pub use simple_solid::{SimpleSolid, SimpleSolidKind};
 pub use textured_mesh::{FaceGroup, TexturedMesh};
 pub use triangle_shell::Solid;
 

@@ -9,8 +9,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Body;
+use super::hull_set::HullSet;
 use super::settle::{SettleError, SettleSettings, simulate_to_the_end};
+use geometry::Pose;
 use geometry::collide::{CollisionRule, PlacedSolid, penetration};
+use geometry::collision_shape::to_parry;
 use runtime::{CancelFlag, Cancelled};
 
 /// Section `[certify]`: the thresholds of the certificate.
@@ -38,9 +41,22 @@ pub struct CertifySettings {
     pub dss_rotation_rad: f64,
     /// In this time under gravity, seconds.
     pub dss_duration_s: f64,
+    /// An object at rest moves in that time by less than this share of its smallest side, and overlaps no other body
+    /// deeper in the end, 0..1. DSS alone would let a stack of coins fall.
+    pub rest_side_share: f64,
+    /// And turns less than this, radians.
+    pub rest_rotation_rad: f64,
 }
 
 impl CertifySettings {
+    /// What a body may move and overlap at rest, meters.
+    fn rest_limit_m(&self, body: &Body) -> f64 {
+        let corners = body.hulls.iter().flat_map(|hull| &hull.points);
+        let (low, high) =
+            corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+        self.rest_side_share * (high - low).min_element().max(0.0)
+    }
+
     pub fn collision_rule(&self) -> CollisionRule {
         CollisionRule {
             penetration_m: self.penetration_m,
@@ -121,7 +137,14 @@ pub(super) fn world_box(placed: &PlacedSolid) -> (DVec3, DVec3) {
 pub struct Movement {
     pub displacement_m: f64,
     pub rotation_rad: f64,
+    /// By the definition of DSS.
     pub stable: bool,
+    /// Deepest overlap of its hulls with those of another body in the end, meters.
+    pub overlap_m: f64,
+    /// What it may move and overlap at rest, meters.
+    pub limit_m: f64,
+    /// It moves, turns and overlaps less than that; true of the fixed bodies.
+    pub at_rest: bool,
 }
 
 /// Movements during five seconds of gravity.
@@ -143,14 +166,21 @@ pub fn stability(
 ) -> Result<Stability, SettleError> {
     let settle = SettleSettings { duration_s: settings.dss_duration_s, ..settle.clone() };
     let settled = simulate_to_the_end(bodies, &settle, cancel)?;
-    let movements: Vec<Movement> = settled
-        .displacements_m
-        .iter()
-        .zip(&settled.rotations_rad)
-        .map(|(&displacement_m, &rotation_rad)| Movement {
-            displacement_m,
-            rotation_rad,
-            stable: displacement_m < settings.dss_displacement_m && rotation_rad < settings.dss_rotation_rad,
+    let overlaps_m = overlaps_m(bodies, &settled.poses);
+    let movements: Vec<Movement> = (0..bodies.len())
+        .map(|k| {
+            let (displacement_m, rotation_rad) = (settled.displacements_m[k], settled.rotations_rad[k]);
+            let (overlap_m, limit_m) = (overlaps_m[k], settings.rest_limit_m(&bodies[k]));
+            Movement {
+                displacement_m,
+                rotation_rad,
+                stable: displacement_m < settings.dss_displacement_m
+                    && rotation_rad < settings.dss_rotation_rad,
+                overlap_m,
+                limit_m,
+                at_rest: bodies[k].fixed
+                    || displacement_m.max(overlap_m) < limit_m && rotation_rad < settings.rest_rotation_rad,
+            }
         })
         .collect();
     let movable = bodies.iter().filter(|b| !b.fixed).count();
@@ -159,13 +189,30 @@ pub fn stability(
     Ok(Stability { movements, dss })
 }
 
+/// Deepest overlap of each body's hulls with those of any other, meters; the fixed bodies have none among each other.
+fn overlaps_m(bodies: &[Body], poses: &[Pose]) -> Vec<f64> {
+    let sets: Vec<HullSet> = bodies.iter().map(|body| HullSet::new(&body.hulls)).collect();
+    let mut deepest_m = vec![0.0_f64; bodies.len()];
+    for b in 1..bodies.len() {
+        for a in (0..b).filter(|&a| !(bodies[a].fixed && bodies[b].fixed)) {
+            let a_from_b = to_parry(&(poses[a].inverse() * poses[b]));
+            let patches = sets[a].patches(&sets[b], &a_from_b, 0.0);
+            let depths_m = patches.iter().flat_map(|patch| &patch.points).map(|point| -point.gap_m);
+            let depth_m = depths_m.fold(0.0, f64::max);
+            deepest_m[a] = deepest_m[a].max(depth_m);
+            deepest_m[b] = deepest_m[b].max(depth_m);
+        }
+    }
+    deepest_m
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::test_bodies::{body, certify_settings, mesh, settle_settings, table};
-    use geometry::shapes::block;
+    use geometry::Solid;
+    use geometry::shapes::{block, cylinder};
     use geometry::solid_query::MeshSolid;
-    use geometry::{Pose, Solid};
 
     fn solid(solid: Solid) -> MeshSolid {
         MeshSolid::new(&mesh(solid)).expect("a solid")
@@ -204,5 +251,32 @@ mod tests {
         .expect("a simulation");
         assert_eq!(found.movements.iter().map(|m| m.stable).collect::<Vec<_>>(), [true, true, false]);
         assert!((found.dss - 0.5).abs() < 1e-12);
+    }
+
+    /// A stack of coins within 30 mm, the limit of DSS, may have fallen.
+    #[test]
+    fn rest_is_relative_to_the_smallest_side() {
+        let coin = |name, x, z| {
+            body(name, cylinder(0.012, 0.0018, 0.0, 32), Pose::upright(DVec3::new(x, 0.0, z), 0.0))
+        };
+        let stacked = [table(), coin("low", 0.0, 0.0), coin("high", 0.0, 0.0018)];
+        let falls = [table(), coin("coin", 0.0, 0.001)];
+        let found = |bodies: &[Body]| {
+            stability(bodies, &certify_settings(), &settle_settings(), &CancelFlag::default()).expect("coins")
+        };
+        let rests = found(&stacked).movements;
+        assert!(rests.iter().all(|m| m.stable && m.at_rest), "{rests:?}");
+        assert!((rests[1].limit_m - 0.00045).abs() < 1e-9 && rests[2].overlap_m < 1e-4, "{rests:?}");
+        let moves = found(&falls).movements[1];
+        assert!(moves.stable && !moves.at_rest && moves.overlap_m < 1e-4, "{moves:?}");
+        // What starts inside another and stays there is not at rest, either.
+        let mut bodies = stacked;
+        bodies[2].world_from_object.translation_m.z = 0.0008;
+        let poses: Vec<Pose> = bodies.iter().map(|body| body.world_from_object).collect();
+        let overlaps = overlaps_m(&bodies, &poses);
+        assert!(
+            overlaps[0] < 1e-9 && overlaps[1..].iter().all(|depth_m| (depth_m - 0.001).abs() < 1e-6),
+            "{overlaps:?}"
+        );
     }
 }

@@ -298,10 +298,16 @@ fn settle_and_judge(
                 let movement = check.movements[k];
                 movement.displacement_m > scene.settings.rest_displacement_m
                     || movement.rotation_rad > scene.settings.rest_rotation_rad
+                    || !movement.at_rest
             })
             .map(|body| {
-                let way_mm = 1e3 * check.movements[body].displacement_m;
-                let reason = format!("{} does not come to rest ({way_mm:.1} mm)", scene.name(body));
+                let movement = check.movements[body];
+                let (way_mm, overlap_mm) = (1e3 * movement.displacement_m, 1e3 * movement.overlap_m);
+                let reason = if movement.overlap_m < movement.limit_m {
+                    format!("{} does not come to rest ({way_mm:.1} mm)", scene.name(body))
+                } else {
+                    format!("{} rests {overlap_mm:.1} mm deep in another body", scene.name(body))
+                };
                 Fault::nudged(scene, body, reason)
             })
             .collect();

@@ -111,6 +111,12 @@ pub struct Thresholds {
     pub dss_displacement_m: f64,
     pub dss_rotation_rad: f64,
     pub dss_duration_s: f64,
+    /// An object at rest moves and overlaps less than this share of its smallest side.
+    #[serde(default)]
+    pub rest_side_share: f64,
+    /// And turns less than this.
+    #[serde(default)]
+    pub rest_rotation_rad: f64,
     /// Maximum overhang of an object over the table's outline.
     pub outline_m: f64,
     /// Minimum mean silhouette IoU with the reference image.
@@ -151,6 +157,12 @@ pub struct ObjectCertificate {
     /// bound, because the search ends with the first contacts that carry the object. `None` without contacts.
     pub support_margin_m: Option<f64>,
     pub moved: Displacements,
+    /// Largest displacement, and largest overlap with another body, that counts as rest, meters.
+    #[serde(default)]
+    pub rest_limit_m: f64,
+    /// Deepest overlap of its hulls with those of another body at the end of the check under gravity, meters.
+    #[serde(default)]
+    pub overlap_m: f64,
     /// Signed distance of the hulls' outermost corner inside the table's outline, meters; negative outside.
     pub outline_margin_m: f64,
     pub inside_outline: bool,

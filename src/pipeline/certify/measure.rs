@@ -138,6 +138,8 @@ pub(super) fn certificate(
                 after_shipping: movement(&from_shipped.movements[index + 1]),
                 after_aligning: movement(&from_aligned.movements[index + 1]),
             },
+            rest_limit_m: from_shipped.movements[index + 1].limit_m,
+            overlap_m: from_shipped.movements[index + 1].overlap_m,
             outline_margin_m,
             inside_outline: outline_margin_m >= -OUTLINE_TOLERANCE_M,
             silhouette_iou: likeness.objects[index].overlap,
@@ -166,6 +168,8 @@ pub(super) fn certificate(
             dss_displacement_m: inputs.certify.dss_displacement_m,
             dss_rotation_rad: inputs.certify.dss_rotation_rad,
             dss_duration_s: inputs.certify.dss_duration_s,
+            rest_side_share: inputs.certify.rest_side_share,
+            rest_rotation_rad: inputs.certify.rest_rotation_rad,
             outline_m: OUTLINE_TOLERANCE_M,
             silhouette_iou: inputs.fidelity.min_silhouette_iou,
             health: inputs.health.thresholds(),
@@ -278,8 +282,14 @@ fn still(inputs: &Inputs, bodies: &[Body], cancel: &CancelFlag) -> Result<Stabil
         Ok(found) => Ok(found),
         Err(SettleError::Cancelled(cancelled)) => Err(cancelled.into()),
         Err(SettleError::Diverged { .. }) => {
-            let lost =
-                Movement { displacement_m: f64::MAX, rotation_rad: std::f64::consts::PI, stable: false };
+            let lost = Movement {
+                displacement_m: f64::MAX,
+                rotation_rad: std::f64::consts::PI,
+                stable: false,
+                overlap_m: 0.0,
+                limit_m: 0.0,
+                at_rest: false,
+            };
             Ok(Stability { movements: vec![lost; bodies.len()], dss: 0.0 })
         }
         Err(other) => Err(StageError::permanent("not_simulated", other.to_string())),
@@ -308,6 +318,29 @@ fn outline_margin_m(inputs: &Inputs, geometry: &Loaded, world_from_object: &Pose
         inputs.composition.outline().depth_inside_m(world_from_object.transform_point(corner).truncate())
     };
     corners.map(|corner| depth_m(*corner)).fold(f64::INFINITY, f64::min)
+}
+
+/// What an object does instead of resting.
+fn not_at_rest(inputs: &Inputs, name: &str, movement: &Movement) -> String {
+    let limit_mm = 1e3 * movement.limit_m;
+    let Movement { displacement_m, rotation_rad, overlap_m, .. } = *movement;
+    let highest_rad = inputs.certify.rest_rotation_rad;
+    if displacement_m < movement.limit_m && rotation_rad < highest_rad {
+        let overlap_mm = 1e3 * overlap_m;
+        return format!(
+            "{name} overlaps another body by {overlap_mm:.1} mm under gravity, at most {limit_mm:.1} mm is asked"
+        );
+    }
+    let way = if displacement_m > LOST_M {
+        "is lost".to_owned()
+    } else {
+        format!("moves {:.1} mm", 1e3 * displacement_m)
+    };
+    format!(
+        "{name} {way} and turns {:.1} degrees under gravity, less than {limit_mm:.1} mm and {:.0} degrees is asked",
+        rotation_rad.to_degrees(),
+        highest_rad.to_degrees()
+    )
 }
 
 /// Checks of poses and likeness that failed.
@@ -339,13 +372,8 @@ fn reasons(
         }
     }
     for (object, movement) in objects.iter().zip(&shipped.movements[1..]) {
-        if !movement.stable {
-            let way = match movement.displacement_m {
-                lost_m if lost_m > LOST_M => "is lost".to_owned(),
-                way_m => format!("moves {:.0} mm", 1e3 * way_m),
-            };
-            let degrees = movement.rotation_rad.to_degrees();
-            let sentence = format!("{} {way} and turns {degrees:.0} degrees under gravity", object.name);
+        if !movement.at_rest {
+            let sentence = not_at_rest(inputs, object.name.as_str(), movement);
             reason(ReasonCode::NotAtRest, &[object.name.as_str()], sentence);
         }
     }

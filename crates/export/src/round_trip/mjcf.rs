@@ -4,16 +4,21 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use geometry::Pose;
+use geometry::{Pose, SimpleSolid, SimpleSolidKind};
 use roxmltree::Node;
 
 use super::xml_node::{self, XmlNode};
-use super::{Files, ReadBody, ReadContact, ReadResult, ReadScene, points, quaternion_wxyz, tensor, vector};
+use super::{
+    Files, ReadBody, ReadContact, ReadHull, ReadResult, ReadScene, numbers, obj_hull, quaternion_wxyz,
+    tensor, vector,
+};
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
     let document = xml_node::parse(files.text("mjcf/scene.xml")?)?;
     let root = document.root_element();
-    let corners = read_meshes(files, root.child("asset")?, "")?;
+    let meshes = read_meshes(files, root.child("asset")?, "")?;
+    // MuJoCo takes no shorter time constants than two steps.
+    let stiffest_s = 2.0 * root.child("option")?.number("timestep")?;
     let mut scene = ReadScene::new();
     for body in root.child("worldbody")?.all("body") {
         let name = body.required("name")?;
@@ -21,9 +26,9 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
             translation_m: vector(body.required("pos")?)?,
             rotation: quaternion_wxyz(body.required("quat")?)?,
         };
-        let read = read_body(body, &corners, pose, body.child("freejoint").is_ok())?;
+        let read = read_body(body, &meshes, pose, body.child("freejoint").is_ok(), stiffest_s)?;
         if read.movable == Some(true) {
-            let own = read_object(files, name, pose)?;
+            let own = read_object(files, name, pose, stiffest_s)?;
             let same = own.hulls == read.hulls
                 && own.mass_kg == read.mass_kg
                 && own.center_of_mass_m == read.center_of_mass_m
@@ -39,10 +44,15 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
 }
 
 /// The object of a file of its own, at the pose it has in the scene. Its sites must span its height.
-fn read_object(files: &Files<'_>, name: &str, world_from_object: Pose) -> ReadResult<ReadBody> {
+fn read_object(
+    files: &Files<'_>,
+    name: &str,
+    world_from_object: Pose,
+    stiffest_s: f64,
+) -> ReadResult<ReadBody> {
     let document = xml_node::parse(files.text(&format!("mjcf/{name}/{name}.xml"))?)?;
     let root = document.root_element();
-    let corners = read_meshes(files, root.child("asset")?, "../assets/")?;
+    let meshes = read_meshes(files, root.child("asset")?, "../assets/")?;
     let outer = root.child("worldbody")?.child("body")?;
     let site = |wanted: &str| -> ReadResult<DVec3> {
         let found = outer.all("site").find(|site| site.attribute("name") == Some(wanted));
@@ -52,43 +62,61 @@ fn read_object(files: &Files<'_>, name: &str, world_from_object: Pose) -> ReadRe
     if bottom.z >= top.z || radius.x <= 0.0 {
         return Err(format!("the sites of {name} enclose nothing"));
     }
-    read_body(outer.child("body")?, &corners, world_from_object, true)
+    read_body(outer.child("body")?, &meshes, world_from_object, true, stiffest_s)
 }
 
-/// Corners of the inline meshes by name; the others must be files below `folder` of the document.
-fn read_meshes<'a>(
-    files: &Files<'_>,
+/// The texts of the meshes by name; they must be files below `folder` of the document.
+fn read_meshes<'a, 'f>(
+    files: &Files<'f>,
     assets: Node<'a, '_>,
     folder: &str,
-) -> ReadResult<BTreeMap<&'a str, Vec<DVec3>>> {
-    let mut corners = BTreeMap::new();
+) -> ReadResult<BTreeMap<&'a str, &'f str>> {
+    let mut meshes = BTreeMap::new();
     for mesh in assets.all("mesh") {
-        match mesh.attribute("vertex") {
-            Some(vertex) => {
-                corners.insert(mesh.required("name")?, points(vertex)?);
-            }
-            None => {
-                let file = mesh.required("file")?;
-                let file = file.strip_prefix(folder).ok_or_else(|| format!("{file} is elsewhere"))?;
-                files.bytes(&format!("mjcf/assets/{file}"))?;
-            }
-        }
+        let file = mesh.required("file")?;
+        let file = file.strip_prefix(folder).ok_or_else(|| format!("{file} is elsewhere"))?;
+        meshes.insert(mesh.required("name")?, files.text(&format!("mjcf/assets/{file}"))?);
     }
-    Ok(corners)
+    Ok(meshes)
+}
+
+/// A mesh, or a solid by its half sizes.
+fn read_shape(geom: Node<'_, '_>, meshes: &BTreeMap<&str, &str>) -> ReadResult<ReadHull> {
+    let kind = geom.required("type")?;
+    if kind == "mesh" {
+        let mesh = geom.required("mesh")?;
+        return obj_hull(meshes.get(mesh).ok_or_else(|| format!("the mesh {mesh} is missing"))?);
+    }
+    let size = numbers(geom.required("size")?)?;
+    let kind = match (kind, size.as_slice()) {
+        ("box", &[x, y, z]) => SimpleSolidKind::Box { half_m: DVec3::new(x, y, z) },
+        ("cylinder", &[radius_m, half_length_m]) => SimpleSolidKind::Cylinder { radius_m, half_length_m },
+        ("sphere", &[radius_m]) => SimpleSolidKind::Sphere { radius_m },
+        ("capsule", &[radius_m, half_length_m]) => SimpleSolidKind::Capsule { radius_m, half_length_m },
+        (other, size) => return Err(format!("a {other} has {} sizes", size.len())),
+    };
+    let object_from_solid = Pose {
+        translation_m: vector(geom.required("pos")?)?,
+        rotation: quaternion_wxyz(geom.required("quat")?)?,
+    };
+    Ok(ReadHull::Solid(SimpleSolid { kind, object_from_solid }))
 }
 
 fn read_body(
     body: Node<'_, '_>,
-    corners: &BTreeMap<&str, Vec<DVec3>>,
+    meshes: &BTreeMap<&str, &str>,
     world_from_object: Pose,
     movable: bool,
+    stiffest_s: f64,
 ) -> ReadResult<ReadBody> {
     let inertial = body.child("inertial")?;
     let axes = quaternion_wxyz(inertial.required("quat")?)?;
     let (mut hulls, mut friction) = (Vec::new(), DVec3::NAN);
     for geom in body.all("geom").filter(|geom| geom.attribute("contype") != Some("0")) {
-        let mesh = geom.required("mesh")?;
-        hulls.push(corners.get(mesh).cloned().ok_or_else(|| format!("the mesh {mesh} is missing"))?);
+        hulls.push(read_shape(geom, meshes)?);
+        if geom.required("solref")?.split(' ').next().and_then(|word| word.parse().ok()) != Some(stiffest_s) {
+            return Err(format!("contacts of {} are not the stiffest", body.required("name")?));
+        }
         let geom_friction = vector(geom.required("friction")?)?;
         if hulls.len() > 1 && geom_friction != friction {
             return Err(format!("the hulls of {} rub differently", body.required("name")?));

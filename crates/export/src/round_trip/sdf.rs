@@ -2,11 +2,11 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use geometry::Pose;
+use geometry::{Pose, SimpleSolid, SimpleSolidKind};
 use roxmltree::Node;
 
 use super::xml_node::{self, XmlNode};
-use super::{Files, ReadBody, ReadContact, ReadResult, ReadScene, numbers, obj_hull};
+use super::{Files, ReadBody, ReadContact, ReadHull, ReadResult, ReadScene, numbers, obj_hull, vector};
 use crate::sdf::DRAKE_NAMESPACE;
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
@@ -58,7 +58,10 @@ fn read_model(files: &Files<'_>, model: Node<'_, '_>, folder: &str) -> ReadResul
     }
     let (mut hulls, mut contact) = (Vec::new(), None);
     for collision in link.all("collision") {
-        hulls.push(obj_hull(files.text(&path(collision)?)?)?);
+        hulls.push(match read_solid(collision)? {
+            Some(solid) => ReadHull::Solid(solid),
+            None => obj_hull(files.text(&path(collision)?)?)?,
+        });
         let surface = read_surface(collision.child("surface")?)?;
         let surface = with_proximity(surface, collision, model.child("static")?.content() == "false")?;
         if contact.is_some_and(|contact| contact != surface) {
@@ -77,6 +80,28 @@ fn read_model(files: &Files<'_>, model: Node<'_, '_>, folder: &str) -> ReadResul
         visual: None,
         labels: None,
     })
+}
+
+/// The solid of a collision; `None` where it is a mesh.
+fn read_solid(collision: Node<'_, '_>) -> ReadResult<Option<SimpleSolid>> {
+    let geometry = collision.child("geometry")?;
+    let Some(shape) = geometry.children().find(Node::is_element).filter(|shape| !shape.has_tag_name("mesh"))
+    else {
+        return Ok(None);
+    };
+    let number = |name: &str| shape.child(name)?.text_number();
+    let kind = match shape.tag_name().name() {
+        "box" => SimpleSolidKind::Box { half_m: 0.5 * vector(&shape.child("size")?.content())? },
+        "sphere" => SimpleSolidKind::Sphere { radius_m: number("radius")? },
+        "cylinder" => {
+            SimpleSolidKind::Cylinder { radius_m: number("radius")?, half_length_m: 0.5 * number("length")? }
+        }
+        "capsule" => {
+            SimpleSolidKind::Capsule { radius_m: number("radius")?, half_length_m: 0.5 * number("length")? }
+        }
+        other => return Err(format!("a collision is a {other}")),
+    };
+    Ok(Some(SimpleSolid { kind, object_from_solid: pose(collision.child("pose")?)? }))
 }
 
 /// Contact parameters. Friction must be equal for all physics engines of Gazebo.

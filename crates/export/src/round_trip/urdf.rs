@@ -1,30 +1,36 @@
-//! Reads `urdf/scene.urdf` for poses and `urdf/<name>/<name>.urdf` for bodies.
+//! Reads `urdf/scene.urdf` for poses and `urdf/<name>/<name>.urdf` for bodies; with `urdf/package.xml`, paths are in that
+//! package.
 
 use glam::{DMat3, DQuat, DVec3};
 
-use geometry::Pose;
+use geometry::{Pose, SimpleSolid, SimpleSolidKind};
 use roxmltree::Node;
 
 use super::xml_node::{self, XmlNode};
-use super::{Files, ReadBody, ReadContact, ReadResult, ReadScene, obj_hull, vector};
+use super::{Files, ReadBody, ReadContact, ReadHull, ReadResult, ReadScene, obj_hull, vector};
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
+    let package = match files.text("urdf/package.xml") {
+        Ok(text) => {
+            Some(format!("package://{}/", xml_node::parse(text)?.root_element().child("name")?.content()))
+        }
+        Err(_) => None,
+    };
     let document = xml_node::parse(files.text("urdf/scene.urdf")?)?;
     let assembly = document.root_element();
     let mut scene = ReadScene::new();
     for joint in assembly.all("joint") {
         let name = joint.child("child")?.required("link")?;
-        let origin = joint.child("origin")?;
-        let rpy = vector(origin.required("rpy")?)?;
-        let world_from_object = Pose {
-            translation_m: vector(origin.required("xyz")?)?,
-            rotation: DQuat::from_rotation_z(rpy.z)
-                * DQuat::from_rotation_y(rpy.y)
-                * DQuat::from_rotation_x(rpy.x),
-        };
+        let world_from_object = read_origin(joint)?;
         let document = xml_node::parse(files.text(&format!("urdf/{name}/{name}.urdf"))?)?;
         let robot = document.root_element();
-        let body = read_link(files, robot.child("link")?, &format!("urdf/{name}"), world_from_object)?;
+        let body = read_link(
+            files,
+            robot.child("link")?,
+            &format!("urdf/{name}"),
+            package.as_deref(),
+            world_from_object,
+        )?;
         // Gazebo reads friction from its own elements.
         let gazebo = robot.child("gazebo")?;
         for direction in ["mu1", "mu2"] {
@@ -34,7 +40,7 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
         }
         let placed = assembly.all("link").find(|link| link.attribute("name") == Some(name));
         let placed = placed.ok_or_else(|| format!("the assembly has no link {name}"))?;
-        let assembled = read_link(files, placed, "urdf", world_from_object)?;
+        let assembled = read_link(files, placed, "urdf", package.as_deref(), world_from_object)?;
         let same = assembled.hulls == body.hulls
             && assembled.mass_kg == body.mass_kg
             && assembled.center_of_mass_m == body.center_of_mass_m
@@ -48,10 +54,39 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
     Ok(scene)
 }
 
+/// The pose of an element's origin: position, and roll, pitch, yaw about the fixed axes.
+fn read_origin(element: Node<'_, '_>) -> ReadResult<Pose> {
+    let origin = element.child("origin")?;
+    let rpy = vector(origin.required("rpy")?)?;
+    Ok(Pose {
+        translation_m: vector(origin.required("xyz")?)?,
+        rotation: DQuat::from_rotation_z(rpy.z)
+            * DQuat::from_rotation_y(rpy.y)
+            * DQuat::from_rotation_x(rpy.x),
+    })
+}
+
+/// The box, cylinder or sphere of a collision; `None` where it is a mesh.
+fn read_solid(collision: Node<'_, '_>) -> ReadResult<Option<SimpleSolid>> {
+    let geometry = collision.child("geometry")?;
+    let kind = if let Ok(shape) = geometry.child("box") {
+        SimpleSolidKind::Box { half_m: 0.5 * vector(shape.required("size")?)? }
+    } else if let Ok(shape) = geometry.child("cylinder") {
+        let (radius_m, half_length_m) = (shape.number("radius")?, 0.5 * shape.number("length")?);
+        SimpleSolidKind::Cylinder { radius_m, half_length_m }
+    } else if let Ok(shape) = geometry.child("sphere") {
+        SimpleSolidKind::Sphere { radius_m: shape.number("radius")? }
+    } else {
+        return Ok(None);
+    };
+    Ok(Some(SimpleSolid { kind, object_from_solid: read_origin(collision)? }))
+}
+
 fn read_link(
     files: &Files<'_>,
     link: Node<'_, '_>,
     folder: &str,
+    package: Option<&str>,
     world_from_object: Pose,
 ) -> ReadResult<ReadBody> {
     let inertial = link.child("inertial")?;
@@ -68,15 +103,27 @@ fn read_link(
         if vector(mesh.attribute("scale").unwrap_or("1 1 1"))? != DVec3::ONE {
             return Err(format!("a mesh of {} is scaled", link.required("name")?));
         }
-        Ok(format!("{folder}/{}", mesh.required("filename")?))
+        let file = mesh.required("filename")?;
+        match package {
+            Some(package) => file
+                .strip_prefix(package)
+                .map(|below| format!("urdf/{below}"))
+                .ok_or_else(|| format!("{file} is not in the package {package}")),
+            None => Ok(format!("{folder}/{file}")),
+        }
     };
     for visual in link.all("visual") {
         files.bytes(&mesh_path(visual)?)?;
     }
     let contact = link.child("contact")?;
     let surface = |name: &str| contact.child(name)?.number("value");
-    let hulls: ReadResult<Vec<_>> =
-        link.all("collision").map(|collision| obj_hull(files.text(&mesh_path(collision)?)?)).collect();
+    let shape = |collision: Node<'_, '_>| -> ReadResult<ReadHull> {
+        match read_solid(collision)? {
+            Some(solid) => Ok(ReadHull::Solid(solid)),
+            None => obj_hull(files.text(&mesh_path(collision)?)?),
+        }
+    };
+    let hulls: ReadResult<Vec<_>> = link.all("collision").map(shape).collect();
     Ok(ReadBody {
         mass_kg: inertial.child("mass")?.number("value")?,
         center_of_mass_m: vector(origin.required("xyz")?)?,

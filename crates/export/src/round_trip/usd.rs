@@ -10,9 +10,9 @@ use std::io::{Cursor, Read};
 use glam::{DQuat, DVec3};
 use zip::ZipArchive;
 
-use geometry::Pose;
+use geometry::{Pose, SimpleSolid, SimpleSolidKind};
 
-use super::{Files, ReadBody, ReadContact, ReadLabels, ReadResult, ReadScene, tensor};
+use super::{Files, ReadBody, ReadContact, ReadHull, ReadLabels, ReadResult, ReadScene, tensor};
 use crate_layer::CrateLayer;
 use text_layer::TextLayer;
 
@@ -150,6 +150,9 @@ fn read_simulator_layers<'a>(
             if !layer.has_schema(&collider, schema)? {
                 return Err(format!("{path} of {name} does not make {collider} a collider of {program}"));
             }
+            if program == "Newton" && number(&*layer, &collider, "newton:contactGap")? != 0.0 {
+                return Err(format!("{path} of {name} lets contacts of {collider} begin at a distance"));
+            }
         }
         if let Some([rolling, torsional]) = attributes {
             coefficients.push([number(&*layer, &contact, rolling)?, number(&*layer, &contact, torsional)?]);
@@ -172,12 +175,9 @@ fn read_prop(prop: &dyn Layer, name: &str, world_from_object: Pose, movable: boo
     let contact = format!("/{name}/Looks/Physics_material");
     let axes = quaternion(prop, &root, "physics:principalAxes")?;
     let colliders = format!("/{name}/colliders/hull_");
-    let mut hulls: Vec<(usize, Vec<DVec3>)> = Vec::new();
+    let mut hulls: Vec<(usize, ReadHull)> = Vec::new();
     for path in prop.prims() {
         let Some(index) = path.strip_prefix(&colliders) else { continue };
-        if prop.text(path, "physics:approximation")?.as_deref() != Some("convexHull") {
-            return Err(format!("{path} is not approximated by its convex hull"));
-        }
         let enabled = prop.numbers(path, "physics:collisionEnabled")?;
         if !prop.has_schema(path, "PhysicsCollisionAPI")? || enabled.is_some_and(|value| value != [1.0]) {
             return Err(format!("{path} does not collide"));
@@ -186,8 +186,7 @@ fn read_prop(prop: &dyn Layer, name: &str, world_from_object: Pose, movable: boo
             return Err(format!("{path} is not bound to {contact}"));
         }
         let index = index.parse().map_err(|_| format!("{path} has no number"))?;
-        let corners = numbers(prop, path, "points")?;
-        hulls.push((index, corners.chunks_exact(3).map(DVec3::from_slice).collect()));
+        hulls.push((index, read_shape(prop, path)?));
     }
     hulls.sort_by_key(|(index, _)| *index);
     if !prop.has_schema(&contact, "PhysicsMaterialAPI")? {
@@ -209,7 +208,7 @@ fn read_prop(prop: &dyn Layer, name: &str, world_from_object: Pose, movable: boo
         },
         world_from_object,
         movable: Some(movable),
-        hulls: hulls.into_iter().map(|(_, corners)| corners).collect(),
+        hulls: hulls.into_iter().map(|(_, hull)| hull).collect(),
         visual: Some(read_visuals(prop, &format!("{root}/visual/"))?),
         labels: Some(ReadLabels {
             label: prop.field(&root, "displayName")?.unwrap_or_default(),
@@ -218,6 +217,41 @@ fn read_prop(prop: &dyn Layer, name: &str, world_from_object: Pose, movable: boo
             stand_in: prop.numbers(&root, "tabletopgen:stand_in")? == Some(vec![1.0]),
         }),
     })
+}
+
+/// The mesh or the solid of a collider. Meshes must be approximated by their hulls, cubes scaled from unit size, and axes z.
+fn read_shape(prop: &dyn Layer, path: &str) -> ReadResult<ReadHull> {
+    let type_name = prop.field(path, "typeName")?.unwrap_or_default();
+    if type_name == "Mesh" {
+        if prop.text(path, "physics:approximation")?.as_deref() != Some("convexHull") {
+            return Err(format!("{path} is not approximated by its convex hull"));
+        }
+        let corners = numbers(prop, path, "points")?;
+        return Ok(ReadHull::Corners(corners.chunks_exact(3).map(DVec3::from_slice).collect()));
+    }
+    let measure = |name: &str| number(prop, path, name);
+    let kind = match type_name.as_str() {
+        "Cube" if measure("size")? == 1.0 => {
+            SimpleSolidKind::Box { half_m: 0.5 * vector(prop, path, "xformOp:scale")? }
+        }
+        "Sphere" => SimpleSolidKind::Sphere { radius_m: measure("radius")? },
+        "Cylinder" | "Capsule" if prop.text(path, "axis")?.as_deref() != Some("Z") => {
+            return Err(format!("the axis of {path} is not z"));
+        }
+        "Cylinder" => SimpleSolidKind::Cylinder {
+            radius_m: measure("radius")?,
+            half_length_m: 0.5 * measure("height")?,
+        },
+        "Capsule" => {
+            SimpleSolidKind::Capsule { radius_m: measure("radius")?, half_length_m: 0.5 * measure("height")? }
+        }
+        other => return Err(format!("the collider {path} is a {other:?}")),
+    };
+    let object_from_solid = Pose {
+        translation_m: vector(prop, path, "xformOp:translate")?,
+        rotation: quaternion(prop, path, "xformOp:orient")?,
+    };
+    Ok(ReadHull::Solid(SimpleSolid { kind, object_from_solid }))
 }
 
 /// Triangles of the meshes directly below a prim, by name.

@@ -24,6 +24,34 @@ fn specimen_bundles_are_written_for_external_validators() {
     }
 }
 
+/// RViz and MoveIt resolve meshes by package.
+#[test]
+fn urdf_folder_is_a_ros_2_package_on_request() {
+    let (scene, certificate, assets, images) = specimen();
+    let settings = ExportSettings { urdf: UrdfPaths::Ros2, ..settings(UsdForm::Usdc) };
+    let files = write_formats(&scene, &certificate, &assets, &images, Vec::new(), &settings).expect("sound");
+    assert!(text(&files, "urdf/package.xml").contains("<name>scene_specimen0001</name>"));
+    assert!(text(&files, "urdf/CMakeLists.txt").contains("install(DIRECTORY table mug_1 box_1 DESTINATION"));
+    for path in ["urdf/scene.urdf", "urdf/mug_1/mug_1.urdf"] {
+        let meshes: Vec<&str> = text(&files, path).split("filename=\"").skip(1).collect();
+        let in_package = |mesh: &&str| mesh.starts_with("package://scene_specimen0001/");
+        assert!(!meshes.is_empty() && meshes.iter().all(in_package), "{path}");
+    }
+    assert!(text(&files, "README.md").contains("## ROS 2"));
+    assert!(!text(&super::specimen::files(), "README.md").contains("## ROS 2"));
+    let elsewhere: Vec<BundleFile> = files
+        .into_iter()
+        .map(|mut file| {
+            if file.path == "urdf/package.xml" {
+                file.bytes = b"<package><name>other</name></package>".to_vec();
+            }
+            file
+        })
+        .collect();
+    let bodies = body::bodies(&scene, &assets).expect("sound");
+    assert_eq!(round_trip::read_back(&bodies, &elsewhere).expect_err("elsewhere").code(), "formats_disagree");
+}
+
 #[test]
 fn bundle_bytes_do_not_depend_on_thread_count() {
     let with_threads = |count: usize| {

@@ -66,6 +66,7 @@ const MJCF_OBJECT: &str = "mjcf/mug_1/mug_1.xml";
 const URDF: &str = "urdf/mug_1/mug_1.urdf";
 const SDF: &str = "sdf/world.sdf";
 const USD: &str = "usd/assets/mug_1/simready_usd/mug_1.usda";
+const BOX_USD: &str = "usd/assets/box_1/simready_usd/box_1.usda";
 const STAGE: &str = "usd/scene.usda";
 const NEWTON: &str = "usd/assets/mug_1/simready_usd/runnables/physics/newton.usda";
 const MUJOCO: &str = "usd/assets/mug_1/simready_usd/runnables/physics/mujoco.usda";
@@ -84,10 +85,20 @@ const FAULTS: &[Fault] = &[
     fault(
         "missing collider",
         MJCF,
-        "name=\"box_1_hull_00\" type=\"mesh\"",
+        "name=\"box_1_hull_00\" type=\"box\"",
         "name=\"box_1_hull_00\" contype=\"0\"",
     ),
     fault("negative mass", MJCF_OBJECT, "mass=\"0.3\"", "mass=\"-0.3\""),
+    fault("contacts at a distance", NEWTON, "contactGap = 0", "contactGap = 0.1"),
+    fault("larger box", MJCF, "size=\"0.06 0.04 0.025\"", "size=\"0.06 0.04 0.026\""),
+    fault("larger box", "urdf/box_1/box_1.urdf", "size=\"0.12 0.08 0.05\"", "size=\"0.06 0.04 0.025\""),
+    fault("larger box", SDF, "<size>0.12 0.08 0.05</size>", "<size>0.12 0.05 0.08</size>"),
+    fault("larger box", BOX_USD, "scale = (0.12, 0.08, 0.05)", "scale = (0.06, 0.04, 0.025)"),
+    fault("moved box", BOX_USD, "translate = (0, 0, 0.025)", "translate = (0, 0, 0)"),
+    fault("other solid", BOX_USD, "def Cube", "def Sphere"),
+    fault("soft contacts", MJCF, "solref=\"0.004 1\" rgba=\"0.2", "solref=\"0.02 1\" rgba=\"0.2"),
+    fault("soft contacts", MJCF_OBJECT, "solref=\"0.004 1\"", "solref=\"0.02 1\""),
+    fault("missing collider", MJCF, "hulls/mug_1_03.obj", "hulls/mug_1_99.obj"),
     fault("missing site", MJCF_OBJECT, "bottom_site", "lower_site"),
     fault("missing mesh", MJCF_OBJECT, "../assets/", "assets/"),
     fault(
@@ -107,7 +118,7 @@ const FAULTS: &[Fault] = &[
     fault("open mesh", "mjcf/assets/mug_1_glaze.obj", "f 1/1/1 2/2/2 3/3/3\n", ""),
     fault("open mesh", "sdf/models/mug_1/visual_00.obj", "f 1/1/1 2/2/2 3/3/3\n", ""),
     fault("open mesh", USD, "faceVertexCounts = [3, ", "faceVertexCounts = ["),
-    fault("broken hull", "urdf/box_1/hull_00.obj", "f 4 3 2", "f 4 3 99"),
+    fault("broken hull", "urdf/mug_1/hull_00.obj", "f 4 3 2", "f 4 3 99"),
     fault("swapped units", "urdf/mug_1/hull_00.obj", "v 0.0", "v 0"),
     fault("swapped units", URDF, "scale=\"1 1 1\"", "scale=\"0.001 0.001 0.001\""),
     fault(

@@ -27,7 +27,7 @@ use scene::{
     TextSpan, Understood, Unrecognized, UnrecognizedReason,
 };
 
-use crate::{Assets, BodyAsset, BundleFile, ExportSettings, Images, UsdForm, write_formats};
+use crate::{Assets, BodyAsset, BundleFile, ExportSettings, Images, UrdfPaths, UsdForm, write_formats};
 use imaging::codec::encode_png;
 
 /// A label with the special characters of every format.
@@ -42,6 +42,7 @@ pub(super) fn settings(usd: UsdForm) -> ExportSettings {
         gravity_m_s2: 9.81,
         mujoco_timestep_s: 0.002,
         mujoco_impratio: 10.0,
+        urdf: UrdfPaths::Relative,
         usd_dome_intensity: 600.0,
         usd_sun_intensity: 1800.0,
     }
@@ -276,6 +277,8 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
             dss_displacement_m: 0.03,
             dss_rotation_rad: 30_f64.to_radians(),
             dss_duration_s: 5.0,
+            rest_side_share: 0.25,
+            rest_rotation_rad: 0.0349,
             outline_m: 0.001,
             silhouette_iou: 0.3,
             health: HealthThresholds {
@@ -415,6 +418,8 @@ fn objects() -> Vec<ObjectCertificate> {
             after_shipping: moved,
             after_aligning: moved,
         },
+        rest_limit_m: 0.01,
+        overlap_m: 0.0001,
         outline_margin_m: 0.1,
         inside_outline: true,
         silhouette_iou: 0.9,

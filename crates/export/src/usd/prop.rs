@@ -1,15 +1,18 @@
-//! One body as a USD prop: rigid body on the root, a visual mesh per material, one collider mesh per hull, a grasp
-//! where one is known, and a variant set for each simulator with schemas of its own.
+//! One body as a USD prop: rigid body on the root, a visual mesh per material, one collider per hull (a mesh, or the
+//! box, cylinder, sphere or capsule that the hull stands for), a grasp where one is known, and a variant set for each
+//! simulator with schemas of its own.
 //!
 //! Points of a visual mesh are welded by position, so its topology is closed where the surface is; normals and
 //! texture coordinates are per face corner.
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
+
 use crate::number::direction;
 use crate::{Body, ExportSettings};
 use geometry::parallel_grasp::ParallelGrasp;
-use geometry::{ConvexHull, FaceGroup, TexturedMesh};
+use geometry::{ConvexHull, FaceGroup, SimpleSolid, SimpleSolidKind, TexturedMesh};
 use scene::Scene;
 
 use super::layer::{Interpolation, Layer, Path, Prim, VariantSet};
@@ -51,8 +54,12 @@ pub fn prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> Layer {
         root.add(grasp_line(grasp));
     }
     let mut colliders = Prim::new("Xform", COLLIDERS);
-    for (k, hull) in body.hulls.iter().enumerate() {
-        colliders.add(collider(&body.name, k, hull));
+    for (k, (hull, solid)) in body.hulls.iter().zip(&body.solids).enumerate() {
+        let prim = match solid {
+            Some(solid) => solid_collider(k, solid),
+            None => hull_collider(k, hull),
+        };
+        colliders.add(completed(prim, &body.name));
     }
     root.add(colliders);
     root.add(materials(body));
@@ -140,13 +147,53 @@ fn part(body: &Body, group: &FaceGroup) -> Prim {
     prim
 }
 
-fn collider(body: &str, index: usize, hull: &ConvexHull) -> Prim {
-    let schemas = ["PhysicsCollisionAPI", "PhysicsMeshCollisionAPI", "MaterialBindingAPI"];
-    let mut prim = Prim::new("Mesh", &hull_name(index)).with_schemas(&schemas);
+/// What all colliders have.
+fn completed(mut prim: Prim, body: &str) -> Prim {
     prim.set_uniform("purpose", Value::token("guide"));
     prim.set("physics:collisionEnabled", Value::Bool(true));
-    prim.set_uniform("physics:approximation", Value::token("convexHull"));
     prim.relate("material:binding:physics", Path::prim(&[body, MATERIALS, PHYSICS_MATERIAL]));
+    prim
+}
+
+/// A solid about its own center; a box is a scaled cube, as USD knows no other.
+fn solid_collider(index: usize, solid: &SimpleSolid) -> Prim {
+    let (type_name, size) = match solid.kind {
+        SimpleSolidKind::Box { .. } => ("Cube", vec![("size", 1.0)]),
+        SimpleSolidKind::Cylinder { radius_m, half_length_m } => {
+            ("Cylinder", vec![("radius", radius_m), ("height", 2.0 * half_length_m)])
+        }
+        SimpleSolidKind::Sphere { radius_m } => ("Sphere", vec![("radius", radius_m)]),
+        SimpleSolidKind::Capsule { radius_m, half_length_m } => {
+            ("Capsule", vec![("radius", radius_m), ("height", 2.0 * half_length_m)])
+        }
+    };
+    let schemas = ["PhysicsCollisionAPI", "MaterialBindingAPI"];
+    let mut prim = Prim::new(type_name, &hull_name(index)).with_schemas(&schemas);
+    if size.len() > 1 {
+        prim.set_uniform("axis", Value::token("Z"));
+    }
+    for (name, value) in size {
+        prim.set(name, Value::Double(value));
+    }
+    let is_box = type_name == "Cube";
+    let half = if is_box { DVec3::splat(0.5) } else { solid.half_size_m() };
+    prim.set("extent", Value::Float3s([-half, half].map(|corner| corner.as_vec3().to_array()).into()));
+    let pose = &solid.object_from_solid;
+    let mut order = vec!["xformOp:translate", "xformOp:orient"];
+    prim.set("xformOp:orient", Value::Quatd(pose.rotation.into()));
+    if is_box {
+        prim.set("xformOp:scale", Value::Float3((2.0 * solid.half_size_m()).as_vec3().to_array()));
+        order.push("xformOp:scale");
+    }
+    prim.set("xformOp:translate", Value::Double3(pose.translation_m.to_array()));
+    prim.set_uniform("xformOpOrder", Value::tokens(&order));
+    prim
+}
+
+fn hull_collider(index: usize, hull: &ConvexHull) -> Prim {
+    let schemas = ["PhysicsCollisionAPI", "PhysicsMeshCollisionAPI", "MaterialBindingAPI"];
+    let mut prim = Prim::new("Mesh", &hull_name(index)).with_schemas(&schemas);
+    prim.set_uniform("physics:approximation", Value::token("convexHull"));
     prim.set_uniform("orientation", Value::token("rightHanded"));
     prim.set_uniform("subdivisionScheme", Value::token("none"));
     set_points(&mut prim, hull.points.iter().map(|p| p.as_vec3().to_array()).collect());

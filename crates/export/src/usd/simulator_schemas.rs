@@ -1,5 +1,6 @@
 //! Physics schemas of single simulators beyond UsdPhysics: one layer per simulator. A prop loads the layer only where
-//! the variant set of that name is `Enabled`; otherwise it contains no schema of a single simulator.
+//! the variant set of that name is `Enabled`; otherwise it contains no schema of a single simulator. Newton's layer says
+//! that contacts begin where shapes touch.
 
 use crate::Body;
 
@@ -41,11 +42,14 @@ impl Simulator {
         VariantSet { name: self.variant_set_name(), payload: format!("./{}", self.path()).as_str().into() }
     }
 
-    fn collider_schemas(self) -> &'static [&'static str] {
-        match self {
-            Self::Newton => &["NewtonCollisionAPI", "NewtonMeshCollisionAPI"],
-            Self::MuJoCo => &["MjcCollisionAPI"],
-            Self::PhysX => &["PhysxCollisionAPI", "PhysxConvexHullCollisionAPI"],
+    /// Schemas of a collider that is a mesh or a simple solid.
+    fn collider_schemas(self, is_mesh: bool) -> &'static [&'static str] {
+        match (self, is_mesh) {
+            (Self::Newton, true) => &["NewtonCollisionAPI", "NewtonMeshCollisionAPI"],
+            (Self::Newton, false) => &["NewtonCollisionAPI"],
+            (Self::MuJoCo, _) => &["MjcCollisionAPI"],
+            (Self::PhysX, true) => &["PhysxCollisionAPI", "PhysxConvexHullCollisionAPI"],
+            (Self::PhysX, false) => &["PhysxCollisionAPI"],
         }
     }
 }
@@ -54,8 +58,14 @@ impl Simulator {
 pub fn layer(body: &Body, simulator: Simulator) -> Layer {
     let mut root = Prim::over(&body.name);
     let mut colliders = Prim::over(COLLIDERS);
-    for index in 0..body.hulls.len() {
-        colliders.add(Prim::over(&hull_name(index)).with_schemas(simulator.collider_schemas()));
+    for (index, solid) in body.solids.iter().enumerate() {
+        let schemas = simulator.collider_schemas(solid.is_none());
+        let mut collider = Prim::over(&hull_name(index)).with_schemas(schemas);
+        if simulator == Simulator::Newton {
+            // Its default of 0.1 m makes a contact of everything within 20 cm, and cups tip over.
+            collider.set("newton:contactGap", Value::Float(0.0));
+        }
+        colliders.add(collider);
     }
     root.add(colliders);
     let mut contact = Prim::over(PHYSICS_MATERIAL);

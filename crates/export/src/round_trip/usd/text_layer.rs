@@ -29,7 +29,10 @@ impl<'a> TextLayer<'a> {
             if let Some(definition) = definition {
                 declared = definition.split('"').nth(1).map(|name| format!("{path}/{name}"));
                 if let Some(prim) = &declared {
-                    found.entry(prim.clone()).or_default();
+                    let fields = found.entry(prim.clone()).or_default();
+                    if let Some((kind, _)) = definition.split_once(" \"") {
+                        fields.insert("typeName", kind);
+                    }
                 }
             } else if line == "{" {
                 open.push(path.clone());
