@@ -93,11 +93,11 @@ fn distance(a: &str, b: &str) -> usize {
                 continue;
             }
             let substituted = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
-            let mut least = substituted.min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1);
+            let mut cost = substituted.min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1);
             if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                least = least.min(rows[i - 2][j - 2] + 1);
+                cost = cost.min(rows[i - 2][j - 2] + 1);
             }
-            rows[i][j] = least;
+            rows[i][j] = cost;
         }
     }
     rows[a.len()][b.len()]

@@ -190,8 +190,8 @@ fn shareable(scene: &SceneRow) -> Shareable {
     }
 }
 
-/// Refuses scenes that form fewer groups than there are splits. Images and meshes may join groups, so the freezer decides
-/// the rest.
+/// Refuses scenes that form fewer groups than there are splits. Images and meshes may join groups, so the freezer
+/// decides the rest.
 fn check_splits(scenes: &[Shareable], request: &DatasetRequest) -> Result<(), Problem> {
     let groups = groups(scenes, &request.disjoint);
     let wanted = request.splits.ratios.iter().filter(|split| split.ratio > 0.0).count();

@@ -1,4 +1,4 @@
-//! What commands leave in folders, and how it is told from the files of others.
+//! What commands leave in folders, and how it differs from the files of others.
 
 use std::collections::BTreeSet;
 use std::io;

@@ -10,7 +10,7 @@ fn run(home: &Path, arguments: &[&str]) -> Output {
     command.args(arguments).current_dir(home).output().expect("starts")
 }
 
-/// Words of libraries that help nobody.
+/// Words of libraries that do not help.
 const BANNED: [&str; 9] = [
     "EOCD",
     "invalid digit",
@@ -201,7 +201,7 @@ fn numbers_are_refused_with_argument_value_and_range() {
 }
 
 #[test]
-fn unknown_settings_are_told_a_near_key_or_what_there_is() {
+fn unknown_settings_name_a_near_key_or_what_there_is() {
     let home = mistakes();
     for (set, says, never) in [
         ("servr.x=1", "section server has", "nearest"),

@@ -1,4 +1,4 @@
-//! No command writes over what it did not write, over its input, or over an earlier output without being told to.
+//! No command writes over what it did not write, over its input, or over an earlier output unless it is forced.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
