@@ -18,7 +18,7 @@ use crate::record::{self, EpisodeRecord};
 use crate::sample::Sample;
 use crate::setup::{Setup, Work};
 use crate::stage::{CameraView, Props, Stage};
-use crate::vectors::{action, state};
+use crate::vectors::frame_vectors;
 
 /// Objects may move so far until they rest, meters; more is no arrangement.
 const MAX_SETTLING_M: f64 = 0.005;
@@ -190,8 +190,8 @@ fn recorded(
     let has_cameras = !setup.cameras.is_empty();
     let mut stage =
         has_cameras.then(|| Stage::new(setup, work, sample, &props, recording, &frames[..frames.len() - 1]));
-    for pair in frames.windows(2) {
-        let images = |stage: &mut Stage| stage.images(&props, recording, &pair[0]);
+    for (now, vectors) in frames.iter().zip(frame_vectors(&setup.robot, frames)) {
+        let images = |stage: &mut Stage| stage.images(&props, recording, now);
         let views: Vec<CameraView> = stage.as_mut().map(images).unwrap_or_default();
         let cameras: Vec<CameraFrame> = views
             .iter()
@@ -210,8 +210,8 @@ fn recorded(
             colors: &points.colors,
             instance_ids: &points.instance_ids,
         });
-        let (state, action) = (state(&setup.robot, &pair[0]), action(&setup.robot, &pair[1]));
-        encoder.add(&Frame { state: &state, action: &action, cameras: &cameras, points })?;
+        let (state, action, servo_command) = (&vectors.state, &vectors.action, &vectors.servo_command);
+        encoder.add(&Frame { state, action, servo_command, cameras: &cameras, points })?;
     }
     encoder.finish(outcome).map(|unit| Some(Box::new(unit)))
 }

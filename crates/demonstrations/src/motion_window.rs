@@ -4,18 +4,18 @@ use std::ops::Range;
 
 use manipulation::execution::Frame;
 
-/// Targets that differ by less are the same, radians and meters.
+/// References that differ by less are the same, radians and meters.
 const STILL_RAD: f64 = 1e-3;
 const STILL_M: f64 = 1e-4;
 /// So long a motion may rest at its end, seconds.
 const REST_S: f64 = 0.2;
 
-/// From the first frame whose targets are about to move to shortly after the last that moved.
+/// From the first frame whose references are about to move to shortly after the last that moved.
 pub(crate) fn motion_window(frames: &[Frame], rate_hz: f64) -> Range<usize> {
     let moves = |pair: &[Frame]| {
-        let arm = pair[0].joint_targets.iter().zip(&pair[1].joint_targets);
+        let arm = pair[0].joint_references.iter().zip(&pair[1].joint_references);
         let arm_moves = arm.into_iter().any(|(now, next)| (next - now).abs() > STILL_RAD);
-        arm_moves || (pair[1].opening_target_m - pair[0].opening_target_m).abs() > STILL_M
+        arm_moves || (pair[1].opening_reference_m - pair[0].opening_reference_m).abs() > STILL_M
     };
     let moving = || frames.windows(2).map(moves);
     let Some(first) = moving().position(|moves| moves) else { return 0..0 };
@@ -34,9 +34,11 @@ mod tests {
             time_s: index as f64 * 0.1,
             phase: Phase::Transit,
             joint_targets: vec![*target],
+            joint_references: vec![*target],
             joint_positions: vec![*target],
             joint_velocities: vec![0.0],
             opening_target_m: 0.08,
+            opening_reference_m: 0.08,
             opening_m: 0.08,
             gripper_target: 0.04,
             object_poses: Vec::new(),

@@ -96,7 +96,7 @@ pub const AXES: [Axis; 17] = [
 ];
 
 impl Randomization {
-    /// Nothing varies but the motion.
+    /// Nothing varies, but for the motion where no direct path is free.
     pub const NONE: Self = Self {
         position_m: 0.0,
         yaw_rad: 0.0,
@@ -187,7 +187,7 @@ impl Randomization {
     pub fn table(&self) -> String {
         let varied: Vec<&Axis> = AXES.iter().filter(|axis| (axis.amplitude)(self) > 0.0).collect();
         if varied.is_empty() {
-            return "Nothing varies but the motion.".to_owned();
+            return "Nothing varies, and where a direct path is free not even the motion.".to_owned();
         }
         let row = |axis: &&Axis| {
             let amplitude = (axis.amplitude)(self);

@@ -11,7 +11,7 @@ use crate::randomization::Randomization;
 use crate::sample::Sample;
 
 /// The version of the form.
-pub const FORMAT: &str = "tabletopgen-episode/3";
+pub const FORMAT: &str = "tabletopgen-episode/4";
 
 /// The record of an episode.
 #[derive(Clone, Debug, Serialize, Deserialize)]

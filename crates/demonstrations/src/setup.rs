@@ -21,7 +21,7 @@ use crate::camera::{CameraSpec, Mount};
 use crate::distractors::Distractor;
 use crate::finish::{is_of_one_color, is_table_of_catalog};
 use crate::randomization::Randomization;
-use crate::vectors::{action_layout, state_layout};
+use crate::vectors::{action_layout, servo_layout, state_layout};
 
 /// One task, with what is found once for all of its demonstrations.
 pub struct Work {
@@ -215,7 +215,8 @@ impl Setup {
             action_layout(&robot)?,
             cameras.collect(),
             instructions(&works, wanted.place.as_ref())?,
-        )?;
+        )?
+        .with_servo_commands(servo_layout(&robot)?);
         let description = match wanted.points {
             Some(points) => description.with_points(points)?,
             None => description,

@@ -17,6 +17,7 @@ use crate::format::{Encodings, Format};
 use crate::json_lines::JsonLines;
 use crate::lerobot::v21::LeRobotV21;
 use crate::lerobot::v30::{FileLimits, LeRobotV30};
+use crate::limit_shares::{enlarge, limit_shares};
 use crate::parquet_and_png::ParquetAndPng;
 use crate::part_folder::{PartFolder, make_folder, write_file};
 use crate::placement::Placement;
@@ -127,6 +128,17 @@ impl DatasetAssembler {
         let summary = &mut self.summary;
         summary.episodes += 1;
         summary.frames += place.frames;
+        let rate_hz = f64::from(self.description.fps());
+        enlarge(
+            &mut summary.action_shares,
+            limit_shares(self.description.action().elements(), unit.action(), rate_hz),
+        );
+        if let Some(layout) = self.description.servo_command() {
+            enlarge(
+                &mut summary.servo_shares,
+                limit_shares(layout.elements(), unit.servo_command(), rate_hz),
+            );
+        }
         *summary.outcomes.entry(unit.outcome().label().to_owned()).or_default() += 1;
         let (min, max) = summary.seeds.unwrap_or((header.seed, header.seed));
         summary.seeds = Some((min.min(header.seed), max.max(header.seed)));
@@ -184,10 +196,11 @@ impl DatasetAssembler {
         let statistics = self.statistics.finish(&self.part)?;
         self.records.finish()?;
         let records = self.part.path("records.jsonl");
+        let formats: Vec<Format> = self.writers.iter().map(|(format, _)| *format).collect();
         for (format, writer) in self.writers {
             writer.finish(&self.description, &statistics)?;
             let root = self.part.path(format.folder());
-            let text = card_text(&self.card, &self.summary, &self.description, format);
+            let text = card_text(&self.card, &self.summary, &self.description, format, &formats);
             write_file(&root.join("README.md"), text.as_bytes())?;
             let copy = root.join("records.jsonl");
             std::fs::copy(&records, &copy).map_err(|source| EpisodeError::write(&copy, source))?;

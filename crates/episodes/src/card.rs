@@ -6,6 +6,8 @@ use std::fmt::Write;
 use crate::dataset_statistics::image_key;
 use crate::description::DatasetDescription;
 use crate::format::{DepthStorage, Encodings, Format, ImageStorage};
+use crate::limit_shares::LimitShares;
+use crate::numeric_features::SERVO_COMMAND;
 use crate::strip::strip_path;
 use crate::vector_layout::VectorLayout;
 
@@ -29,7 +31,7 @@ pub struct DatasetCard {
 }
 
 /// What was added to a dataset, as its card states it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DatasetSummary {
     pub episodes: u64,
     pub frames: u64,
@@ -37,14 +39,18 @@ pub struct DatasetSummary {
     pub outcomes: BTreeMap<String, u64>,
     /// Smallest and largest seed.
     pub seeds: Option<(u64, u64)>,
+    /// The largest shares of the robot's limits that actions use, and those that servo commands use.
+    pub action_shares: Vec<LimitShares>,
+    pub servo_shares: Vec<LimitShares>,
 }
 
-/// The text of `README.md` in the folder of a format.
+/// The text of `README.md` in the folder of a format, one of all `formats` of the dataset.
 pub(crate) fn card_text(
     card: &DatasetCard,
     summary: &DatasetSummary,
     description: &DatasetDescription,
     format: Format,
+    formats: &[Format],
 ) -> String {
     let mut text = String::new();
     let is_lerobot = matches!(format, Format::LeRobotV30 { .. } | Format::LeRobotV21 { .. });
@@ -67,7 +73,13 @@ pub(crate) fn card_text(
     line("## Tasks\n".into());
     description.tasks().iter().enumerate().for_each(|(i, task)| line(format!("{i}. {task}")));
     line(format!("\n## Features\n\n{}", feature_table(description, format)));
+    if let Some(missing) = missing_text(description, format, formats) {
+        line(format!("{missing}\n"));
+    }
     line(format!("{CONVENTIONS}\n"));
+    if !summary.action_shares.is_empty() {
+        line(format!("## Limits of the robot\n\n{}", limits_text(summary, description.fps())));
+    }
     line("## Seeds and records\n".into());
     if let Some((min, max)) = summary.seeds {
         line(format!(
@@ -104,8 +116,12 @@ pub(crate) fn card_text(
 
 const CONVENTIONS: &str = "\
 - `state[t]` is measured before `action[t]` is sent; `action[t]` is the commanded target. Frame t is at t over the rate.
+- `servo_command[t]`, where it is there, is what position servos pull to for `action[t]`: it leads the motion by what
+  damping and weights hold back. Repeat a motion from it; train on `action`, which a robot can follow.
 - A gripper's opening is in meters where the name ends in `_m`. Where it ends in `_0_closed_1_open`, 0 is closed.
-- Quaternions are w, x, y, z, as the names say.
+- Quaternions are w, x, y, z, as the names say, without jumps of their sign: along an episode, between state and action,
+  and at the first frame of all episodes.
+- `end_effector_rotation_6d` has the first two columns of the same rotation's matrix, one after the other.
 - Images are RGB; row 0 is the top.
 - Depth is along the optical axis in meters unless stated otherwise; 0 where nothing is in sight.
 - Points of `point_cloud` are x, y, z in the world, in meters, with colors and instance ids beside them.
@@ -150,19 +166,58 @@ fn feature_table(description: &DatasetDescription, format: Format) -> String {
     };
     layout("state", description.state());
     layout("action", description.action());
+    description.servo_command().into_iter().for_each(|commands| layout(SERVO_COMMAND, commands));
+    let [keeps_depth, keeps_ids, keeps_points] = Encodings::of(&[format]).kept_measures();
     for camera in description.cameras() {
-        let extras = [(camera.depth, "depth"), (camera.instance_ids.is_some(), "instance ids")];
+        let ids = camera.instance_ids.is_some() && keeps_ids;
+        let extras = [(camera.depth && keeps_depth, "depth"), (ids, "instance ids")];
         let extras: Vec<&str> = extras.iter().filter(|(has, _)| *has).map(|(_, name)| *name).collect();
         let recorded =
-            if extras.is_empty() { String::new() } else { format!(", recorded with {}", extras.join(", ")) };
+            if extras.is_empty() { String::new() } else { format!(", with {}", extras.join(", ")) };
         let (key, width_px, height_px) = (image_key(&camera.name), camera.width_px, camera.height_px);
         let _ = writeln!(table, "| `{key}` | RGB {width_px} x {height_px}{recorded} | | |");
     }
-    let has_points = Encodings::of(&[format]).points_zlib;
-    if let Some(points) = description.points().filter(|_| has_points) {
+    if let Some(points) = description.points().filter(|_| keeps_points) {
         let _ = writeln!(table, "| `point_cloud` | {points} points x 3 | m | |");
     }
     table
+}
+
+/// What was recorded and this format does not keep, and where it is.
+fn missing_text(description: &DatasetDescription, format: Format, formats: &[Format]) -> Option<String> {
+    let cameras = description.cameras();
+    let recorded = [
+        cameras.iter().any(|camera| camera.depth),
+        cameras.iter().any(|camera| camera.instance_ids.is_some()),
+        description.points().is_some(),
+    ];
+    let kept = |format: Format| Encodings::of(&[format]).kept_measures();
+    let names = ["depth", "instance ids", "points"];
+    let lacks = |index: &usize| recorded[*index] && !kept(format)[*index];
+    let missing: Vec<usize> = (0..names.len()).filter(lacks).collect();
+    let keeps = |other: &&Format| missing.iter().all(|index| kept(**other)[*index]);
+    let others: Vec<String> =
+        formats.iter().filter(keeps).map(|other| format!("`{}`", other.folder())).collect();
+    let missing: Vec<&str> = missing.into_iter().map(|index| names[index]).collect();
+    let place = if others.is_empty() { "no format of this dataset".to_owned() } else { others.join(", ") };
+    (!missing.is_empty()).then(|| format!("Not in this format: {}. They are in {place}.", missing.join(", ")))
+}
+
+fn limits_text(summary: &DatasetSummary, fps: u32) -> String {
+    let mut text = format!(
+        "The largest shares that the numbers of all episodes use: of a range from its middle, and of velocity, acceleration \
+         and jerk by differences at {fps} Hz. Above 100 % is beyond a limit.\n\n\
+         | feature | number | position | velocity | acceleration | jerk |\n\
+         | --- | --- | ---: | ---: | ---: | ---: |\n"
+    );
+    for (key, shares) in [("action", &summary.action_shares), (SERVO_COMMAND, &summary.servo_shares)] {
+        for share in shares {
+            let shares = [share.position, share.velocity, share.acceleration, share.jerk];
+            let cells: Vec<String> = shares.iter().map(|share| format!("{:.1} %", 100.0 * share)).collect();
+            let _ = writeln!(text, "| `{key}` | `{}` | {} |", share.name, cells.join(" | "));
+        }
+    }
+    text
 }
 
 fn count_table(counts: &BTreeMap<String, u64>) -> String {

@@ -38,6 +38,8 @@ pub struct DatasetDescription {
     fps: u32,
     state: VectorLayout,
     action: VectorLayout,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    servo_command: Option<VectorLayout>,
     cameras: Vec<CameraDescription>,
     tasks: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -92,7 +94,14 @@ impl DatasetDescription {
                 return Err(EpisodeError::description(what, "name each instruction once"));
             }
         }
-        Ok(Self { robot_type: robot_type.to_owned(), fps, state, action, cameras, tasks, points: None })
+        let robot_type = robot_type.to_owned();
+        Ok(Self { robot_type, fps, state, action, servo_command: None, cameras, tasks, points: None })
+    }
+
+    /// The same with numbers beside the action that the servos pull to. They lead a motion by what damping and weights
+    /// hold back, perhaps beyond what the joints can do.
+    pub fn with_servo_commands(self, layout: VectorLayout) -> Self {
+        Self { servo_command: Some(layout), ..self }
     }
 
     /// The same with a point cloud of `points` points in every frame, of what all cameras see.
@@ -129,6 +138,11 @@ impl DatasetDescription {
 
     pub fn action(&self) -> &VectorLayout {
         &self.action
+    }
+
+    /// What the servos pull to; `None` without such numbers.
+    pub fn servo_command(&self) -> Option<&VectorLayout> {
+        self.servo_command.as_ref()
     }
 
     pub fn cameras(&self) -> &[CameraDescription] {

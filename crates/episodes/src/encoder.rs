@@ -20,6 +20,7 @@ pub struct EpisodeEncoder {
     header: EpisodeHeader,
     state: Vec<f32>,
     action: Vec<f32>,
+    servo_command: Vec<f32>,
     cameras: Vec<CameraEncoder>,
     points: PointCloudTrack,
     preview: Option<PreviewEncoder>,
@@ -59,6 +60,7 @@ impl EpisodeEncoder {
             header,
             state: Vec::new(),
             action: Vec::new(),
+            servo_command: Vec::new(),
             cameras,
             points: PointCloudTrack::default(),
             preview,
@@ -71,15 +73,18 @@ impl EpisodeEncoder {
     /// # Errors
     ///
     /// [`EpisodeError::Frame`] for a frame that does not fit the description: lengths, sizes, numbers that are not
-    /// finite or outside their range, a pose that is not rigid. [`EpisodeError::Video`] where an encoder fails. The
-    /// episode should be given up then.
+    /// finite or outside their range, a pose that is not rigid, a quaternion whose sign is not that of the frame
+    /// before, or not in state and action alike. [`EpisodeError::Video`] where an encoder fails. The episode should be
+    /// given up then.
     pub fn add(&mut self, frame: &Frame) -> Result<(), EpisodeError> {
         let episode = self.header.number;
-        if let Some((what, correction)) = fault_of(frame, &self.description) {
+        let fault = fault_of(frame, &self.description).or_else(|| self.jump_of_sign(frame));
+        if let Some((what, correction)) = fault {
             return Err(EpisodeError::Frame { episode, frame: self.frames, what, correction });
         }
         self.state.extend(frame.state);
         self.action.extend(frame.action);
+        self.servo_command.extend(frame.servo_command);
         let described = self.description.cameras();
         for ((encoder, camera), image) in self.cameras.iter_mut().zip(described).zip(frame.cameras) {
             encoder.add(image).map_err(|source| EpisodeError::video(episode, &camera.name, source))?;
@@ -126,10 +131,25 @@ impl EpisodeEncoder {
             frames: self.frames,
             state: self.state,
             action: self.action,
+            servo_command: self.servo_command,
             cameras: self.cameras.into_iter().map(CameraEncoder::finish).collect(),
             points: self.points,
             preview_mp4: preview.unwrap_or_default(),
         })
+    }
+
+    /// A quaternion q and -q are one rotation: numbers that jump between them are no motion, and teach one.
+    fn jump_of_sign(&self, frame: &Frame) -> Option<(String, &'static str)> {
+        let (states, actions) = (self.description.state(), self.description.action());
+        let before = self.state.chunks_exact(states.dimension()).next_back();
+        let of_state = before.and_then(|before| states.other_sign(frame.state, states, before));
+        let in_state = of_state.map(|group| format!("`{group}` of the state has the other sign than before"));
+        let in_action = || {
+            let group = actions.other_sign(frame.action, states, frame.state)?;
+            Some(format!("`{group}` of the action has the other sign than that of the state"))
+        };
+        let what = in_state.or_else(in_action)?;
+        Some((what, "negate the quaternion: of its two forms take the nearer one"))
     }
 
     /// Whether numbers that the state and the action both have are equal in every frame, though they change.

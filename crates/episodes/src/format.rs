@@ -78,6 +78,11 @@ impl Format {
 }
 
 impl Encodings {
+    /// Whether depth, instance ids and points, in this order, are among them.
+    pub fn kept_measures(self) -> [bool; 3] {
+        [self.depth_png || self.depth_zlib, self.ids_png || self.ids_zlib, self.points_zlib]
+    }
+
     /// What these formats need.
     pub fn of(formats: &[Format]) -> Self {
         let mut all = Self::default();

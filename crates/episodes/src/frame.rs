@@ -19,6 +19,8 @@ pub struct Frame<'a> {
     pub state: &'a [f32],
     /// The commanded target, which is sent after the state was measured.
     pub action: &'a [f32],
+    /// What the servos pull to for it, where the dataset has that beside the action; else empty.
+    pub servo_command: &'a [f32],
     /// One for each camera of the dataset, in its order.
     pub cameras: &'a [CameraFrame<'a>],
     /// What all cameras see, as points, where the dataset has them.
@@ -47,7 +49,12 @@ pub(crate) fn fault_of(frame: &Frame, description: &DatasetDescription) -> Optio
     let vectors = description
         .state()
         .fault_of("state", frame.state)
-        .or_else(|| description.action().fault_of("action", frame.action));
+        .or_else(|| description.action().fault_of("action", frame.action))
+        .or_else(|| match description.servo_command() {
+            Some(layout) => layout.fault_of("servo command", frame.servo_command),
+            None if frame.servo_command.is_empty() => None,
+            None => Some(("a servo command is given".into(), "describe the dataset with servo commands")),
+        });
     if vectors.is_some() {
         return vectors;
     }

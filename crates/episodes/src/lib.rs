@@ -5,8 +5,8 @@
 //! every format at once, without encoding again. Equal episodes give equal bytes, and it leaves no trace which worker
 //! made their units.
 //!
-//! `state[t]` precedes `action[t]`, and the action is the commanded target. Meters, radians, quaternions w first,
-//! images with row 0 at the top, cameras with OpenCV axes.
+//! `state[t]` precedes `action[t]`, and the action is the commanded target. Meters, radians, quaternions w first and
+//! without jumps of their sign, images with row 0 at the top, cameras with OpenCV axes.
 //!
 //! The crate knows nothing about scenes, planning, clocks and random numbers. It writes files and reads none but its
 //! own.
@@ -16,6 +16,7 @@ pub mod error;
 pub mod unit_of_measure;
 mod names;
 pub mod vector_layout;
+pub mod limit_shares;
 pub mod description;
 pub mod frame;
 pub mod point_cloud;

@@ -26,6 +26,7 @@ use crate::part_folder::{make_folder, write_file};
 use crate::pixels::unzlib;
 use crate::placement::Placement;
 use crate::unit::EpisodeUnit;
+use crate::vector_layout::VectorLayout;
 
 /// A dataset of plain files that is being written.
 pub(crate) struct ParquetAndPng {
@@ -116,15 +117,18 @@ impl ParquetAndPng {
             "description": description,
             "state_names": description.state().full_names(),
             "action_names": description.action().full_names(),
+            "servo_command_names": description.servo_command().map(VectorLayout::full_names),
             "conventions": {
                 "order": "state[t] is measured before action[t] is sent; action[t] is the commanded target",
+                "servo_command": "what the servos pull to for action[t]; it leads the motion",
                 "images": "RGB, row 0 is the top",
                 "depth": format!("{depth}; along the optical axis; 0 where nothing is in sight"),
                 "point_cloud": "x, y, z of each point in the world, meters; red, green, blue of each in \
                     point_cloud_colors, its instance in point_cloud_ids",
                 "intrinsics": "K row by row, pixels",
                 "world_from_camera": "row by row, meters; camera axes: x right, y down, z forward",
-                "quaternions": "w, x, y, z",
+                "quaternions": "w, x, y, z; without jumps of sign along an episode and between state and action",
+                "rotation_6d": "the first two columns of the rotation's matrix, one after the other",
             },
             "statistics": statistics_json(statistics),
         });

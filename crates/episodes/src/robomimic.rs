@@ -6,6 +6,7 @@
 //! | `data/demo_N` | attributes `num_samples`, `seed`, `success`, `outcome`, `task`, `record` |
 //! | `…/actions` | f32 in [-1, 1]: the range of each number, scaled |
 //! | `…/action_targets` | f32, the action in its units |
+//! | `…/servo_commands` | f32, what the servos pull to, where it is recorded |
 //! | `…/rewards`, `dones` | 1 in the last frame of a success; 1 in the last frame |
 //! | `…/states` | f32, the whole state |
 //! | `…/obs/GROUP`, `next_obs/GROUP` | f32, the numbers of a group of the state; the last `next_obs` repeats `obs` |
@@ -63,6 +64,9 @@ impl Robomimic {
             for (kind, layout) in [("state", description.state()), ("action", description.action())] {
                 data.set_attr_string(&format!("{kind}_names"), &json!(layout.full_names()).to_string())?;
             }
+            if let Some(layout) = description.servo_command() {
+                data.set_attr_string("servo_command_names", &json!(layout.full_names()).to_string())?;
+            }
             let ranges: Vec<_> =
                 description.action().elements().iter().map(|element| element.range).collect();
             data.set_attr_string("action_ranges", &json!(ranges).to_string())?;
@@ -111,6 +115,9 @@ impl Robomimic {
         let (states, actions) = (description.state(), description.action());
         whole(&demo, "actions", &[frames, actions.dimension()], &scaled_actions(unit, description))?;
         whole(&demo, "action_targets", &[frames, actions.dimension()], unit.action())?;
+        if let Some(layout) = description.servo_command() {
+            whole(&demo, "servo_commands", &[frames, layout.dimension()], unit.servo_command())?;
+        }
         whole(&demo, "states", &[frames, states.dimension()], unit.state())?;
         whole(&demo, "rewards", &[frames], &last(f32::from(u8::from(is_success))))?;
         let dones: Vec<i64> = (0..frames).map(|frame| i64::from(frame + 1 == frames)).collect();

@@ -10,6 +10,7 @@ use crate::episode::{EpisodeHeader, Outcome};
 use crate::format::Encodings;
 use crate::point_cloud::PointCloudTrack;
 use crate::unit_bytes;
+use crate::vector_layout::VectorLayout;
 
 /// A finished episode. Only [`crate::EpisodeEncoder`] and [`EpisodeUnit::from_bytes`] make one.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub struct EpisodeUnit {
     /// Row by row: one row a frame.
     pub(crate) state: Vec<f32>,
     pub(crate) action: Vec<f32>,
+    /// Empty where the description has none.
+    pub(crate) servo_command: Vec<f32>,
     pub(crate) cameras: Vec<CameraTrack>,
     pub(crate) points: PointCloudTrack,
     /// Empty without video.
@@ -51,6 +54,11 @@ impl EpisodeUnit {
     /// Actions, row by row: one row a frame, in the units of the description.
     pub fn action(&self) -> &[f32] {
         &self.action
+    }
+
+    /// What the servos pull to, row by row; empty where the description has no such numbers.
+    pub fn servo_command(&self) -> &[f32] {
+        &self.servo_command
     }
 
     /// One for each camera of the description, in its order.
@@ -111,6 +119,7 @@ impl EpisodeUnit {
             && unit.header.task < description.tasks().len()
             && unit.state.len() == of(description.state().dimension())
             && unit.action.len() == of(description.action().dimension())
+            && unit.servo_command.len() == of(description.servo_command().map_or(0, VectorLayout::dimension))
             && unit.cameras.len() == description.cameras().len()
             && unit.cameras.iter().all(lists_fit)
             && unit.points.lists().iter().all(|list| [0, unit.frames].contains(&list.len()));

@@ -2,13 +2,13 @@
 //!
 //! | part | content |
 //! | --- | --- |
-//! | 8 bytes | `EPISODE3`: the last character is the version |
+//! | 8 bytes | `EPISODE4`: the last character is the version |
 //! | fields | each a length of 8 bytes, little-endian, and as many bytes |
 //! | 32 bytes | SHA-256 of all before |
 //!
-//! The first field is JSON with description, encodings, header, outcome, frames and cameras. State and action follow.
-//! Each camera has eleven fields; three of point clouds and that of the preview end the unit. A list of byte strings is
-//! a field whose content has the form of fields. Numbers are little-endian.
+//! The first field is JSON with description, encodings, header, outcome, frames and cameras. State, action and servo
+//! command follow. Each camera has eleven fields; three of point clouds and that of the preview end the unit. A list of
+//! byte strings is a field whose content has the form of fields. Numbers are little-endian.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -22,7 +22,7 @@ use crate::point_cloud::PointCloudTrack;
 use crate::statistics::histogram::ImageHistogram;
 use crate::unit::EpisodeUnit;
 
-const MAGIC: &[u8; 8] = b"EPISODE3";
+const MAGIC: &[u8; 8] = b"EPISODE4";
 pub(crate) const DIGEST_BYTES: usize = 32;
 
 #[derive(Serialize, Deserialize)]
@@ -48,6 +48,7 @@ pub(crate) fn write(unit: &EpisodeUnit) -> Vec<u8> {
     field(&mut bytes, &serde_json::to_vec(&facts).unwrap_or_default());
     field(&mut bytes, &floats(&unit.state));
     field(&mut bytes, &floats(&unit.action));
+    field(&mut bytes, &floats(&unit.servo_command));
     for camera in &unit.cameras {
         field(&mut bytes, &floats(&camera.intrinsics));
         field(&mut bytes, &floats(&camera.world_from_camera));
@@ -91,7 +92,8 @@ pub(crate) fn read(bytes: &[u8]) -> Result<EpisodeUnit, EpisodeError> {
 
 fn unit(rest: &mut &[u8]) -> Option<EpisodeUnit> {
     let facts: Facts = serde_json::from_slice(next(rest)?).ok()?;
-    let (state, action) = (read_floats(next(rest)?)?, read_floats(next(rest)?)?);
+    let mut numbers = || read_floats(next(rest)?);
+    let (state, action, servo_command) = (numbers()?, numbers()?, numbers()?);
     let cameras = (0..facts.cameras).map(|_| camera(rest)).collect::<Option<_>>()?;
     let mut streams = || read_list(next(rest)?);
     let points =
@@ -105,6 +107,7 @@ fn unit(rest: &mut &[u8]) -> Option<EpisodeUnit> {
         frames: facts.frames,
         state,
         action,
+        servo_command,
         cameras,
         points,
         preview_mp4,

@@ -18,6 +18,19 @@ pub struct VectorElement {
     pub unit: Unit,
     /// The smallest and the largest value it may have, in its unit. robomimic needs it of actions.
     pub range: Option<[f32; 2]>,
+    /// What the robot can do, where that is known. Values beyond are stated in the card of a dataset, and not refused.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<MotionLimits>,
+}
+
+/// The smallest and the largest position of a number, in its unit, and its largest derivatives by time, in its unit per
+/// second, second squared and second cubed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionLimits {
+    pub position: [f32; 2],
+    pub velocity: f32,
+    pub acceleration: f32,
+    pub jerk: f32,
 }
 
 /// The numbers of a state or an action, in order.
@@ -25,10 +38,21 @@ pub struct VectorElement {
 #[serde(transparent)]
 pub struct VectorLayout(Vec<VectorElement>);
 
+impl MotionLimits {
+    fn is_sound(&self) -> bool {
+        let [min, max] = self.position;
+        let rates = [self.velocity, self.acceleration, self.jerk];
+        min.is_finite()
+            && max.is_finite()
+            && min < max
+            && rates.iter().all(|rate| rate.is_finite() && *rate > 0.0)
+    }
+}
+
 impl VectorElement {
     /// A number without a range.
     pub fn new(group: &str, name: &str, unit: Unit) -> Self {
-        Self { group: group.to_owned(), name: name.to_owned(), unit, range: None }
+        Self { group: group.to_owned(), name: name.to_owned(), unit, range: None, limits: None }
     }
 
     /// The same number with a range.
@@ -36,21 +60,28 @@ impl VectorElement {
         Self { range: Some([min, max]), ..self }
     }
 
-    /// The opening between the pads of a gripper, in meters. Commanded openings of executions are below 0 where a thin
-    /// object is pressed.
+    /// The same number with limits of its motion.
+    pub fn with_limits(self, limits: MotionLimits) -> Self {
+        Self { limits: Some(limits), ..self }
+    }
+
+    /// The opening between the pads of a gripper, in meters. What the servo of a gripper is asked for may be below 0,
+    /// where a thin object is pressed.
     pub fn gripper_opening() -> Self {
         Self::new("gripper_opening", "gripper_opening", Unit::Meters)
     }
 
-    /// The opening of a gripper over its largest: 0 is closed, 1 is open. Commands of executions have to be clamped
-    /// to this range, since targets that press a thin object are below closed.
+    /// The opening of a gripper over its largest: 0 is closed, 1 is open.
     pub fn gripper_fraction() -> Self {
         Self::new("gripper", "gripper", Unit::OpenFraction).within(0.0, 1.0)
     }
 
-    /// The pose of the end effector in the frame of the robot's base: x, y, z in meters, then the quaternion w, x, y,
-    /// z.
-    pub fn end_effector_pose() -> [Self; 7] {
+    /// The pose of the end effector in the frame of the robot's base: x, y, z in meters, the quaternion w, x, y, z, and
+    /// the first two columns of the rotation's matrix.
+    ///
+    /// The six numbers of the columns are continuous over all rotations and have no second form, unlike quaternions:
+    /// Zhou et al., "On the continuity of rotation representations in neural networks" (2019).
+    pub fn end_effector_pose() -> [Self; 13] {
         let position =
             |axis: &str| Self::new("end_effector_position", &format!("end_effector_{axis}"), Unit::Meters);
         let rotation = |axis: &str| {
@@ -59,7 +90,11 @@ impl VectorElement {
         };
         let [x, y, z] = ["x", "y", "z"].map(position);
         let [qw, qx, qy, qz] = ["qw", "qx", "qy", "qz"].map(rotation);
-        [x, y, z, qw, qx, qy, qz]
+        let [a, b, c, d, e, f] = [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)].map(|(row, column)| {
+            let name = format!("end_effector_row{row}_column{column}");
+            Self::new("end_effector_rotation_6d", &name, Unit::Dimensionless).within(-1.0, 1.0)
+        });
+        [x, y, z, qw, qx, qy, qz, a, b, c, d, e, f]
     }
 
     /// The name with its unit, as every format states it.
@@ -74,7 +109,8 @@ impl VectorLayout {
     /// # Errors
     ///
     /// [`EpisodeError::Description`] for no numbers, names that a format could not carry, equal names, groups that
-    /// are not contiguous, quaternions in another order than w, x, y, z, and ranges that are empty or not finite.
+    /// are not contiguous, quaternions in another order than w, x, y, z, and ranges or limits that are empty or not
+    /// finite.
     pub fn new(kind: &str, elements: Vec<VectorElement>) -> Result<Self, EpisodeError> {
         if elements.is_empty() {
             let what = format!("the {kind} has no numbers");
@@ -104,6 +140,10 @@ impl VectorLayout {
                     "state a finite smallest value below the largest",
                 ));
             }
+            if let Some(limits) = element.limits.filter(|limits| !limits.is_sound()) {
+                let what = format!("`{name}` of the {kind} has the limits {limits:?}");
+                return Err(EpisodeError::description(what, "state finite limits that leave room to move"));
+            }
         }
         let layout = Self(elements);
         layout.check_quaternions(kind)?;
@@ -112,11 +152,8 @@ impl VectorLayout {
 
     /// Each group with quaternion components must be four whose names end in `qw`, `qx`, `qy`, `qz`.
     fn check_quaternions(&self, kind: &str) -> Result<(), EpisodeError> {
-        for (group, range) in self.groups() {
+        for (group, range) in self.quaternions() {
             let elements = &self.0[range];
-            if elements.iter().all(|element| element.unit != Unit::QuaternionComponent) {
-                continue;
-            }
             let ordered = elements.len() == 4
                 && elements.iter().zip(["qw", "qx", "qy", "qz"]).all(|(element, end)| {
                     element.unit == Unit::QuaternionComponent && element.name.ends_with(end)
@@ -156,6 +193,23 @@ impl VectorLayout {
             }
         }
         groups
+    }
+
+    /// The groups that have components of quaternions.
+    fn quaternions(&self) -> impl Iterator<Item = (&str, Range<usize>)> {
+        let is_component = |element: &VectorElement| element.unit == Unit::QuaternionComponent;
+        self.groups().into_iter().filter(move |(_, range)| self.0[range.clone()].iter().any(is_component))
+    }
+
+    /// The first group whose quaternion in `values` has the other sign than the same group's in the values of `other`:
+    /// they are nearer to each other when one of them is negated.
+    pub(crate) fn other_sign(&self, values: &[f32], other: &Self, others: &[f32]) -> Option<&str> {
+        self.quaternions().find_map(|(group, range)| {
+            let (_, near) = other.quaternions().find(|(near, _)| *near == group)?;
+            let pairs = values[range].iter().zip(&others[near]);
+            let dot: f64 = pairs.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
+            (dot < 0.0).then_some(group)
+        })
     }
 
     /// What is wrong with a vector, if anything.

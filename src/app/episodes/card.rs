@@ -4,13 +4,18 @@ use crate::config::Resolved;
 use demonstrations::Setup;
 use episodes::card::DatasetCard;
 
+/// What no randomization varies.
+const ONE_OF_EACH: &str = "\
+The robot's base stands at one place in all episodes of a task. Grasps come from one list for each task, the best that the \
+arm can reach is taken, and mostly it is the same in all episodes: a policy that is trained on them knows no other.";
+
 /// What the card of a dataset states besides what is in it.
 pub fn card(title: String, resolved: &Resolved, setup: &Setup) -> DatasetCard {
     DatasetCard {
         title,
         license: resolved.config.export.licence.clone(),
         versions: vec![("tabletopgen".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
-        randomization: setup.randomization().table(),
+        randomization: format!("{}\n{ONE_OF_EACH}", setup.randomization().table()),
         regeneration: "`tabletopgen regenerate-episode` makes one again in the bundle whose digest its record states, and the \
                        same order all of them, to the byte."
             .to_owned(),

@@ -6,6 +6,7 @@ use super::Executed;
 use super::parquet_table::parquet_table;
 use super::video::video;
 use crate::api::error::{Problem, ProblemType};
+use demonstrations::vectors::shares_of_limits;
 use export::BundleFile;
 use export::archive::wanted_files;
 use manipulation::frames::to_isometry;
@@ -24,6 +25,8 @@ pub fn verdict(executed: &Executed) -> Value {
     let mut verdict = json!(executed.execution);
     if let Some(members) = verdict.as_object_mut() {
         members.remove("recording");
+        let shares = shares_of_limits(&executed.robot, &executed.execution.recording);
+        members.insert("limit_shares".to_owned(), json!(shares));
     }
     json!({ "task": executed.task, "seed": executed.seed, "execution": verdict })
 }

@@ -4,9 +4,11 @@
 //! | --- | --- |
 //! | `time_s` | double, seconds |
 //! | `phase` | string |
-//! | `joint_targets`, `joint_positions`, `joint_velocities` | list of doubles, in the order of `joints`; SI |
+//! | `joint_targets`, `joint_references` | list of doubles, in the order of `joints`; SI |
+//! | `joint_positions`, `joint_velocities` | list of doubles, in the order of `joints`; SI |
 //! | `gripper_target` | double, position of `gripper_joint`; below 0 where thin objects are pressed |
-//! | `opening_target_m`, `opening_m` | double, meters between the pads; the target is below 0 as well |
+//! | `opening_target_m` | double, meters between the pads; below 0 as well |
+//! | `opening_reference_m`, `opening_m` | double, meters between the pads |
 //! | `pose.NAME` for each object | list of 7 doubles: x, y, z in meters, quaternion x, y, z, w; world frame |
 //!
 //! The metadata of the file has `joints`, `gripper_joint`, `objects` and `rate_hz` as JSON.
@@ -38,9 +40,10 @@ pub fn parquet_table(recording: &Recording) -> Result<Vec<u8>, ParquetError> {
     };
     let mut schema =
         "message execution {\nrequired double time_s;\nrequired binary phase (STRING);\n".to_owned();
-    schema += &["joint_targets", "joint_positions", "joint_velocities"].map(list).concat();
-    schema +=
-        "required double gripper_target;\nrequired double opening_target_m;\nrequired double opening_m;\n";
+    let of_joints = ["joint_targets", "joint_references", "joint_positions", "joint_velocities"];
+    schema += &of_joints.map(list).concat();
+    let of_gripper = ["gripper_target", "opening_target_m", "opening_reference_m", "opening_m"];
+    schema += &of_gripper.map(|name| format!("required double {name};\n")).concat();
     schema += &recording.objects.iter().map(|name| list(&format!("pose.{name}"))).collect::<String>();
     schema.push('}');
     let meta = |key: &str, value: serde_json::Value| KeyValue::new(key.to_owned(), value.to_string());
@@ -61,10 +64,12 @@ pub fn parquet_table(recording: &Recording) -> Result<Vec<u8>, ParquetError> {
     numbers(&mut rows, frames, |frame| frame.time_s)?;
     phases(&mut rows, frames)?;
     lists(&mut rows, frames, |frame| frame.joint_targets.clone())?;
+    lists(&mut rows, frames, |frame| frame.joint_references.clone())?;
     lists(&mut rows, frames, |frame| frame.joint_positions.clone())?;
     lists(&mut rows, frames, |frame| frame.joint_velocities.clone())?;
     numbers(&mut rows, frames, |frame| frame.gripper_target)?;
     numbers(&mut rows, frames, |frame| frame.opening_target_m)?;
+    numbers(&mut rows, frames, |frame| frame.opening_reference_m)?;
     numbers(&mut rows, frames, |frame| frame.opening_m)?;
     for object in 0..recording.objects.len() {
         lists(&mut rows, frames, |frame| numbers_of(&frame.object_poses[object]).to_vec())?;
@@ -132,9 +137,11 @@ mod tests {
                 time_s,
                 phase: if number < 2 { Phase::Transit } else { Phase::Close },
                 joint_targets: vec![time_s, 1.0],
+                joint_references: vec![time_s, 1.1],
                 joint_positions: vec![0.5, -time_s],
                 joint_velocities: vec![0.0, 0.1],
                 opening_target_m: 0.08,
+                opening_reference_m: 0.075,
                 opening_m: 0.07,
                 gripper_target: 0.04,
                 object_poses: vec![Pose::upright(DVec3::new(0.1, 0.2, time_s), 0.0)],
@@ -166,8 +173,10 @@ mod tests {
                 (0..list.len()).map(|k| list.get_double(k).expect("a number")).collect()
             };
             assert_eq!(list(2), frame.joint_targets);
-            assert_eq!(list(3), frame.joint_positions);
-            assert_eq!(list(8), numbers_of(&frame.object_poses[0]));
+            assert_eq!(list(3), frame.joint_references);
+            assert_eq!(list(4), frame.joint_positions);
+            assert_eq!(row.get_double(8).expect("an opening"), frame.opening_reference_m);
+            assert_eq!(list(10), numbers_of(&frame.object_poses[0]));
         }
         let keys = reader.metadata().file_metadata().key_value_metadata().expect("metadata");
         let joints = keys.iter().find(|pair| pair.key == "joints").and_then(|pair| pair.value.clone());

@@ -35,13 +35,15 @@ def demo(group, episode: int, complaints: Complaints) -> None:
     scaled = np.stack([actions[:, 0] / 2, 2 * actions[:, 1] - 1], 1)
     complaints.equal(f"{name} actions", group["actions"][:], scaled.astype(np.float32))
     complaints.equal(f"{name} actions in [-1, 1]", bool((np.abs(group["actions"][:]) <= 1).all()), True)
+    complaints.equal(f"{name} servo commands", group["servo_commands"][:], scene.servo_commands(episode))
     complaints.equal(f"{name} states", group["states"][:], states)
     last = np.arange(frames) == frames - 1
     complaints.equal(f"{name} dones", group["dones"][:].astype(bool), last)
     rewards = last.astype(np.float32) * (episode != scene.FAILED)
     complaints.equal(f"{name} rewards", group["rewards"][:], rewards.astype(np.float32))
     obs = group["obs"]
-    complaints.equal(f"{name} rotation", obs["end_effector_rotation"][:], states[:, 6:])
+    complaints.equal(f"{name} rotation", obs["end_effector_rotation"][:], states[:, 6:10])
+    complaints.equal(f"{name} rotation of six numbers", obs["end_effector_rotation_6d"][:], states[:, 10:])
     following = np.concatenate([states[1:], states[-1:]])
     complaints.equal(f"{name} next gripper", group["next_obs/gripper"][:], following[:, 1:2])
     complaints.equal(f"{name} depth", obs["front_depth"][:][..., 0], np.stack([scene.depth_m()] * frames))

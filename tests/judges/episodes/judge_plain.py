@@ -15,6 +15,7 @@ def judge(folder) -> tuple:
     complaints.equal("frames", dataset["total_frames"], scene.total_frames())
     complaints.equal("names of the state", dataset["state_names"], scene.STATE_NAMES)
     complaints.equal("names of the action", dataset["action_names"], scene.ACTION_NAMES)
+    complaints.equal("names of servo commands", dataset["servo_command_names"], scene.SERVO_COMMAND_NAMES)
     complaints.equal("declared depth", "millimeters" in dataset["conventions"]["depth"], True)
     millimeters = np.round(scene.depth_m() * np.float32(1000)).astype(int)
     for episode in range(scene.EPISODES):
@@ -22,6 +23,8 @@ def judge(folder) -> tuple:
         table = pyarrow.parquet.read_table(path / "frames.parquet")
         complaints.equal("state", np.array(table["observation.state"].to_pylist(), np.float32), scene.states(episode))
         complaints.equal("action", np.array(table["action"].to_pylist(), np.float32), scene.actions(episode))
+        commands = np.array(table["servo_command"].to_pylist(), np.float32)
+        complaints.equal("servo command", commands, scene.servo_commands(episode))
         wide = table["instance_ids.wrist"].to_pylist()
         for t in range(scene.frames(episode)):
             keys = ("point_cloud", "point_cloud_colors", "point_cloud_ids")

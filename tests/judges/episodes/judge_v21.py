@@ -53,6 +53,7 @@ def metadata(root, complaints: Complaints) -> None:
     modality = json.loads((root / "meta/modality.json").read_text(encoding="utf-8"))
     complaints.equal("gripper of the state", modality["state"]["gripper"], {"start": 1, "end": 2})
     complaints.equal("rotation of the state", modality["state"]["end_effector_rotation"], {"start": 6, "end": 10})
+    complaints.equal("six numbers of the state", modality["state"]["end_effector_rotation_6d"], {"start": 10, "end": 16})
     complaints.equal("arm of the action", modality["action"]["arm"], {"start": 0, "end": 1})
     complaints.equal("video", modality["video"]["wrist"], {"original_key": "observation.images.wrist"})
 
@@ -66,6 +67,7 @@ def rows(path, info: dict, episode: int, first: int, complaints: Complaints) -> 
     name = f"{path.parents[2].name} episode {episode}"
     complaints.equal(f"{name} state", column("observation.state").astype(np.float32), scene.states(episode))
     complaints.equal(f"{name} action", column("action").astype(np.float32), scene.actions(episode))
+    complaints.equal(f"{name} servo command", column("servo_command").astype(np.float32), scene.servo_commands(episode))
     steps = np.arange(frames)
     for key, values in zip(KEYS[1:], (steps, steps * 0 + episode, steps + first, steps * 0 + episode % 2), strict=True):
         complaints.equal(f"{name} {key}", column(key), values)

@@ -33,11 +33,12 @@ def frames(root, complaints: Complaints) -> None:
     complaints.equal("names of the action", dataset.features["action"]["names"], scene.ACTION_NAMES)
     index = 0
     for episode in range(scene.EPISODES):
-        states, actions = scene.states(episode), scene.actions(episode)
+        states, actions, commands = scene.states(episode), scene.actions(episode), scene.servo_commands(episode)
         for t in range(scene.frames(episode)):
             item, name = dataset[index], f"{root.name} episode {episode} frame {t}"
             complaints.equal(f"{name} state", item["observation.state"].numpy(), states[t])
             complaints.equal(f"{name} action", item["action"].numpy(), actions[t])
+            complaints.equal(f"{name} servo command", item["servo_command"].numpy().reshape(-1), commands[t])
             complaints.equal(f"{name} task", item["task"], scene.TASKS[episode % 2])
             complaints.equal(f"{name} place", [int(item["episode_index"]), int(item["frame_index"])], [episode, t])
             complaints.equal(f"{name} time", np.float32(item["timestamp"]), np.float32(t / scene.FPS))
@@ -81,7 +82,7 @@ def metadata(root, complaints: Complaints) -> None:
     tasks = pandas.read_parquet(root / "meta/tasks.parquet")
     complaints.equal(f"{root.name} tasks", list(tasks.index), list(scene.TASKS))
     statistics = json.loads((root / "meta/stats.json").read_text(encoding="utf-8"))
-    columns = {"observation.state": scene.states, "action": scene.actions}
+    columns = {"observation.state": scene.states, "action": scene.actions, "servo_command": scene.servo_commands}
     for key, of_episode in columns.items():
         rows = np.concatenate([of_episode(episode) for episode in range(scene.EPISODES)]).astype(np.float64)
         for statistic, expected in statistics_of(rows).items():

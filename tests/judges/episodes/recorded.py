@@ -25,6 +25,7 @@ from PIL import Image
 # Actions that equal states in this share of the frames would be copies of them.
 MAX_EQUAL_SHARE = 0.5
 MAX_IDLE_FRAMES = 4
+QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
 
 def main() -> int:
@@ -41,6 +42,10 @@ def main() -> int:
     previews(given.dataset / "lerobot-v3.0", episodes, complaints)
     for number, episode in enumerate(episodes):
         sensible(f"episode {number}", episode, complaints)
+        rotations(f"episode {number}", episode, episodes[0], complaints)
+        within_limits(f"episode {number}", episode, complaints)
+    for card in sorted(given.dataset.glob("*/README.md")):
+        shares_of_card(card, episodes, complaints)
     trained = train(given.dataset / "lerobot-v3.0", given.train) if given.train else None
     print(json.dumps({**complaints.facts(), "trained_loss": trained, "complaints": complaints.texts}))
     return int(bool(complaints.texts))
@@ -52,13 +57,17 @@ def plain(root: Path) -> list:
     episodes = []
     for folder in sorted((root / "episodes").iterdir()):
         frames = parquet.read_table(folder / "frames.parquet")
-        names = {kind: [element["name"] for element in described[kind]] for kind in ("state", "action")}
+        kinds = ("state", "action", "servo_command")
+        names = {kind: [element["name"] for element in described[kind]] for kind in kinds}
+        limits = {kind: [element.get("limits") for element in described[kind]] for kind in kinds}
         episodes.append(
             {
                 "names": names,
+                "limits": limits,
                 "fps": described["fps"],
                 "state": np.array(frames["observation.state"].to_pylist(), np.float32),
                 "action": np.array(frames["action"].to_pylist(), np.float32),
+                "servo_command": np.array(frames["servo_command"].to_pylist(), np.float32),
                 "clouds": clouds(folder, frames, cameras),
                 "images": {camera: sorted((folder / camera).glob("rgb_*.png")) for camera in cameras},
             }
@@ -118,6 +127,7 @@ def lerobot(root: Path, episodes: list, complaints: Complaints) -> None:
             item, name = whole[index], f"{root.name} episode {number} frame {t}"
             complaints.equal(f"{name} state", item["observation.state"].numpy(), episode["state"][t])
             complaints.equal(f"{name} action", item["action"].numpy(), episode["action"][t])
+            complaints.equal(f"{name} servo command", item["servo_command"].numpy(), episode["servo_command"][t])
             complaints.equal(f"{name} place", [int(item["episode_index"]), int(item["frame_index"])], [number, t])
             for of, paths in episode["images"].items():
                 pixels = np.round(item[f"observation.images.{of}"].numpy().transpose(1, 2, 0) * 255).astype(np.uint8)
@@ -149,6 +159,8 @@ def version_two(root: Path, episodes: list, complaints: Complaints) -> None:
         frames = parquet.read_table(root / f"data/chunk-000/episode_{number:06d}.parquet")
         found = np.array(frames["action"].to_pylist(), np.float32)
         complaints.equal(f"v2.1 episode {number} actions", found, episode["action"])
+        found = np.array(frames["servo_command"].to_pylist(), np.float32)
+        complaints.equal(f"v2.1 episode {number} servo commands", found, episode["servo_command"])
         for camera, paths in episode["images"].items():
             path = root / f"videos/chunk-000/observation.images.{camera}/episode_{number:06d}.mp4"
             with av.open(str(path)) as video:
@@ -163,6 +175,7 @@ def robomimic(path: Path, episodes: list, complaints: Complaints) -> None:
             demo = file[f"data/demo_{number}"]
             complaints.equal(f"demo {number} samples", int(demo.attrs["num_samples"]), len(episode["state"]))
             complaints.equal(f"demo {number} targets", demo["action_targets"][:], episode["action"])
+            complaints.equal(f"demo {number} servo commands", demo["servo_commands"][:], episode["servo_command"])
             inside = float(np.abs(demo["actions"][:]).max()) <= 1.0
             complaints.equal(f"demo {number} actions are within [-1, 1]", inside, True)
             for t, points in episode["clouds"].items():
@@ -196,6 +209,63 @@ def sensible(name: str, episode: dict, complaints: Complaints) -> None:
         complaints.equal(f"{name} frame {t}: points are what a camera shows there", share > 0.99, True)
     quaternions = states[:, [episode["names"]["state"].index(f"end_effector_q{axis}") for axis in "wxyz"]]
     complaints.close(f"{name} quaternions", np.linalg.norm(quaternions, axis=1), np.ones(len(states)), 1e-5)
+
+
+def rotations(name: str, episode: dict, first: dict, complaints: Complaints) -> None:
+    """Quaternions do not jump to their negatives, and the six numbers are the columns of their matrices."""
+    quaternions = {kind: columns(episode, kind, [f"end_effector_q{axis}" for axis in "wxyz"]) for kind in ("state", "action")}
+    dots = {
+        "from frame to frame": (quaternions["state"][1:] * quaternions["state"][:-1]).sum(1),
+        "from action to action": (quaternions["action"][1:] * quaternions["action"][:-1]).sum(1),
+        "between state and action": (quaternions["state"] * quaternions["action"]).sum(1),
+        "between the first frames of episodes": quaternions["state"][:1] @ columns(
+            first, "state", [f"end_effector_q{axis}" for axis in "wxyz"])[0],
+    }
+    for pair, products in dots.items():
+        complaints.equal(f"{name} quaternions of other signs {pair}", int((products < 0).sum()), 0)
+    six = [f"end_effector_row{row}_column{column}" for column in (0, 1) for row in (0, 1, 2)]
+    for kind, (w, x, y, z) in ((kind, of_kind.T) for kind, of_kind in quaternions.items()):
+        first_column = [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)]
+        second_column = [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)]
+        expected = np.stack([*first_column, *second_column], 1)
+        complaints.close(f"{name} six numbers of the {kind}", columns(episode, kind, six), expected, 1e-5)
+
+
+def columns(episode: dict, kind: str, names: list) -> np.ndarray:
+    return episode[kind][:, [episode["names"][kind].index(name) for name in names]].astype(float)
+
+
+def within_limits(name: str, episode: dict, complaints: Complaints) -> None:
+    """Actions, and their differences over time, are within the robot's limits, but for the rounding of float32."""
+    limited = [name for name, limits in zip(episode["names"]["action"], episode["limits"]["action"], strict=True) if limits]
+    complaints.equal(f"{name} numbers with limits", limited, episode["names"]["servo_command"])
+    for number, shares in zip(limited, shares_of(episode, "action"), strict=True):
+        for quantity, share, slack in zip(QUANTITIES, shares, (0.0, 0.001, 0.005, 0.02), strict=True):
+            complaints.equal(f"{name} {number} within its limit of {quantity}", bool(share <= 1.0 + slack), True)
+
+
+def shares_of(episode: dict, kind: str) -> np.ndarray:
+    """The largest shares of the limits, by number and quantity."""
+    rows = []
+    for values, limits in zip(episode[kind].astype(float).T, episode["limits"][kind], strict=True):
+        if not limits:
+            continue
+        low, high = limits["position"]
+        row = [np.abs(values - (low + high) / 2).max() / ((high - low) / 2)]
+        for order, quantity in enumerate(QUANTITIES[1:], 1):
+            differences = np.diff(values, order) * float(episode["fps"]) ** order
+            row.append(np.abs(differences).max(initial=0.0) / limits[quantity])
+        rows.append(row)
+    return np.array(rows)
+
+
+def shares_of_card(card: Path, episodes: list, complaints: Complaints) -> None:
+    """The card states what the numbers use of the limits."""
+    for kind in ("action", "servo_command"):
+        expected = 100 * np.max([shares_of(episode, kind) for episode in episodes], axis=0)
+        lines = [line for line in card.read_text(encoding="utf-8").splitlines() if line.startswith(f"| `{kind}` |") and "%" in line]
+        found = [[float(cell.strip(" %")) for cell in line.split("|")[3:7]] for line in lines]
+        complaints.close(f"{card.parent.name} card: shares of limits of {kind}", found, expected, 0.06)
 
 
 def train(root: Path, steps: int) -> float:

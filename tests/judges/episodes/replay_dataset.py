@@ -1,10 +1,11 @@
-"""MuJoCo repeats recorded episodes from their actions alone, and the program decides the tasks in its poses.
+"""MuJoCo repeats recorded episodes from their servo commands or actions alone, and the program decides the tasks in its poses.
 
-    replay_dataset.py PROGRAM BUNDLE EXECUTION DATASET
+    replay_dataset.py PROGRAM BUNDLE EXECUTION DATASET [COLUMN]
 
 EXECUTION is what `PROGRAM execute --bundle BUNDLE --out EXECUTION` wrote with the robot of the dataset: its MJCF is used.
 DATASET has the format `parquet-png`. Base, objects, masses and frictions are those of the episode's record; the servos get
-the recorded actions, each reached straight within a frame; nothing else is replayed. Prints one line of JSON for each
+the recorded numbers of COLUMN (`servo_command`, or `action`), each reached straight within a frame; nothing else is
+replayed. Prints one line of JSON for each
 episode, and ends with exit code 0 whatever MuJoCo found.
 """
 
@@ -106,15 +107,15 @@ def with_base(path: Path, pose: dict) -> Path:
     return moved
 
 
-def main(program: str, bundle: str, execution: Path, dataset: Path) -> int:
+def main(program: str, bundle: str, execution: Path, dataset: Path, column: str = "servo_command") -> int:
     root = dataset / "parquet-png"
     described = json.loads((root / "dataset.json").read_text())["description"]
-    names = [element["name"] for element in described["action"]]
+    names = [element["name"] for element in described[column]]
     for line in (root / "records.jsonl").read_text().splitlines():
         entry = json.loads(line)
         index = entry["episode_index"]
         frames = parquet.read_table(root / "episodes" / f"episode_{index:06d}" / "frames.parquet")
-        states, actions = (np.stack(frames[key].to_pylist()) for key in ("observation.state", "action"))
+        states, actions = (np.stack(frames[key].to_pylist()) for key in ("observation.state", column))
         episode = Episode(execution, entry["record"], states, actions, names)
         while episode.data.time < episode.end_s + REST_S:
             episode.step()
@@ -127,6 +128,6 @@ def main(program: str, bundle: str, execution: Path, dataset: Path) -> int:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 5:
+    if len(sys.argv) not in (5, 6):
         sys.exit(__doc__)
-    sys.exit(main(*sys.argv[1:3], *map(Path, sys.argv[3:])))
+    sys.exit(main(*sys.argv[1:3], *map(Path, sys.argv[3:5]), *sys.argv[5:]))

@@ -11,7 +11,9 @@ RED, GREEN, BLUE, GRAY, YELLOW = (220, 30, 40), (30, 200, 50), (40, 50, 210), (1
 TASKS = ("push the square", "lift the square")
 STATE_NAMES = ["joint_1_rad", "gripper_0_closed_1_open", "gripper_opening_m", "end_effector_x_m", "end_effector_y_m"]
 STATE_NAMES += ["end_effector_z_m", *(f"end_effector_{axis}" for axis in ("qw", "qx", "qy", "qz"))]
+STATE_NAMES += [f"end_effector_row{row}_column{column}" for column in (0, 1) for row in (0, 1, 2)]
 ACTION_NAMES = ["joint_1_rad", "gripper_0_closed_1_open"]
+SERVO_COMMAND_NAMES = ["joint_1_rad"]
 CAMERAS = ("front", "wrist")
 FAILED = 3
 INTRINSICS = np.array([[100, 0, 48], [0, 100, 32], [0, 0, 1]], np.float32)
@@ -29,13 +31,17 @@ def actions(episode: int) -> np.ndarray:
     return np.array([[(7 * t + 3 * episode) % 32 / 8 - 2, t % 2] for t in range(frames(episode))], np.float32)
 
 
+def servo_commands(episode: int) -> np.ndarray:
+    return np.minimum(actions(episode)[:, :1] + np.float32(0.25), np.float32(2))
+
+
 def states(episode: int) -> np.ndarray:
     half = np.float32(0.5)
     joint, gripper = np.float32(0.1) * np.float32(episode), half
     rows = []
     for t, (to_joint, to_gripper) in enumerate(actions(episode)):
         along = np.float32(0.01) * np.float32(t)
-        rows.append([joint, gripper, np.float32(0.08) * gripper, 0.3, along, 0.2, 1, 0, 0, 0])
+        rows.append([joint, gripper, np.float32(0.08) * gripper, 0.3, along, 0.2, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0])
         joint = joint + half * (to_joint - joint)
         gripper = gripper + half * (to_gripper - gripper)
     return np.array(rows, np.float32)

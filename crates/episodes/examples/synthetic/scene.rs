@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | frames of episode e | `17 + 6 * (e % 3)` |
 //! | action | first joint `((7 t + 3 e) mod 32) / 8 - 2`, gripper `t mod 2` |
+//! | servo command | first joint a quarter radian ahead of the action |
 //! | state | halfway from the last state to the last action: `s[t+1] = s[t] + 0.5 (a[t] - s[t])` |
 //! | image | top rows red, next green, next blue, the rest gray; a yellow square at `x = 2 t + 3 e` |
 //! | depth | `0.5 + 0.001 x + 0.002 y` meters, 0 in the first column |
@@ -18,7 +19,7 @@ use episodes::format::Format;
 use episodes::frame::{CameraFrame, Frame};
 use episodes::point_cloud::PointCloud;
 use episodes::unit_of_measure::Unit;
-use episodes::vector_layout::{VectorElement, VectorLayout};
+use episodes::vector_layout::{MotionLimits, VectorElement, VectorLayout};
 use episodes::{EpisodeEncoder, EpisodeError, EpisodeUnit};
 use imaging::Image;
 use serde_json::json;
@@ -42,7 +43,10 @@ pub fn description() -> Result<DatasetDescription, EpisodeError> {
     let joint = || VectorElement::new("arm", "joint_1", Unit::Radians).within(-2.0, 2.0);
     let mut state = vec![joint(), VectorElement::gripper_fraction(), VectorElement::gripper_opening()];
     state.extend(VectorElement::end_effector_pose());
-    let action = vec![joint(), VectorElement::gripper_fraction()];
+    let limits =
+        MotionLimits { position: [-2.0, 2.0], velocity: 100.0, acceleration: 1000.0, jerk: 40_000.0 };
+    let action = vec![joint().with_limits(limits), VectorElement::gripper_fraction()];
+    let servo_command = vec![joint().with_limits(limits)];
     let camera = |name: &str, depth: bool, instance_ids: Option<InstanceIdWidth>| CameraDescription {
         name: name.to_owned(),
         width_px: WIDTH_PX,
@@ -61,6 +65,7 @@ pub fn description() -> Result<DatasetDescription, EpisodeError> {
         ],
         vec!["push the square".to_owned(), "lift the square".to_owned()],
     )?
+    .with_servo_commands(VectorLayout::new("servo command", servo_command)?)
     .with_points(POINTS)
 }
 
@@ -83,11 +88,21 @@ pub fn action(number: u64, t: u64) -> [f32; 2] {
     [((7 * t + 3 * number) % 32) as f32 / 8.0 - 2.0, (t % 2) as f32]
 }
 
+pub fn servo_command(number: u64, t: u64) -> [f32; 1] {
+    [(action(number, t)[0] + 0.25).min(2.0)]
+}
+
 /// States of an episode; each begins with joint and gripper, which follow the action with a delay.
-pub fn states(number: u64) -> Vec<[f32; 10]> {
+pub fn states(number: u64) -> Vec<[f32; 16]> {
     let (mut joint, mut gripper) = (0.1 * number as f32, 0.5);
     let of_time = |t: u64| {
-        let state = [joint, gripper, 0.08 * gripper, 0.3, 0.01 * t as f32, 0.2, 1.0, 0.0, 0.0, 0.0];
+        // The rotation is none: its quaternion, and the first two columns of its matrix.
+        #[rustfmt::skip]
+        let state = [
+            joint, gripper, 0.08 * gripper, 0.3, 0.01 * t as f32, 0.2,
+            1.0, 0.0, 0.0, 0.0,
+            1.0, 0.0, 0.0, 0.0, 1.0, 0.0,
+        ];
         let [to_joint, to_gripper] = action(number, t);
         joint += 0.5 * (to_joint - joint);
         gripper += 0.5 * (to_gripper - gripper);
@@ -177,7 +192,10 @@ pub fn unit(number: u64, formats: &[Format]) -> Result<EpisodeUnit, EpisodeError
         };
         let (positions_m, colors, ids) = points(number, t);
         let points = PointCloud { positions_m: &positions_m, colors: &colors, instance_ids: &ids };
-        encoder.add(&Frame { state, action: &action, cameras: &[front, wrist], points: Some(points) })?;
+        let servo_command = servo_command(number, t);
+        let cameras = &[front, wrist];
+        let points = Some(points);
+        encoder.add(&Frame { state, action: &action, servo_command: &servo_command, cameras, points })?;
     }
     let failed = number == 3;
     let outcome = if failed { Outcome::Failure { reason: "dropped".to_owned() } } else { Outcome::Success };

@@ -5,7 +5,7 @@ use episodes::episode::{EpisodeHeader, Outcome};
 use episodes::frame::{CameraFrame, Frame};
 use episodes::point_cloud::PointCloud;
 use episodes::unit_of_measure::Unit;
-use episodes::vector_layout::{VectorElement, VectorLayout};
+use episodes::vector_layout::{MotionLimits, VectorElement, VectorLayout};
 use episodes::{EpisodeEncoder, EpisodeError};
 use imaging::Image;
 
@@ -101,7 +101,8 @@ fn added(
     let (positions_m, colors, ids) = scene::points(0, 0);
     let mut points = Some(PointCloud { positions_m: &positions_m, colors: &colors, instance_ids: &ids });
     change_points(&mut points);
-    encoder.add(&Frame { state: &state, action: &action, cameras: &[front, wrist], points })
+    let servo_command = &scene::servo_command(0, 0);
+    encoder.add(&Frame { state: &state, action: &action, servo_command, cameras: &[front, wrist], points })
 }
 
 #[test]
@@ -154,10 +155,26 @@ fn episodes_refuse_what_teaches_nothing() {
     let empty = || EpisodeEncoder::new(&description, &[V30], header(0)).expect("an encoder");
     refuses(empty().finish(Outcome::Success), "no frames");
     let mut wrong = empty();
-    refuses(
-        wrong.add(&Frame { state: &[0.0], action: &[0.0, 0.0], cameras: &[], points: None }),
-        "1 numbers",
-    );
+    let frame = Frame { state: &[0.0], action: &[0.0; 2], servo_command: &[], cameras: &[], points: None };
+    refuses(wrong.add(&frame), "1 numbers");
+}
+
+#[test]
+fn servo_commands_are_as_they_are_described() {
+    let add = |description: DatasetDescription, servo_command: &[f32]| {
+        let header = EpisodeHeader { number: 7, seed: 0, task: 0, record: serde_json::Value::Null };
+        let mut encoder = EpisodeEncoder::new(&description, &[V30], header).expect("an encoder");
+        encoder.add(&Frame { state: &[0.0], action: &[0.1], servo_command, cameras: &[], points: None })
+    };
+    let without = || described("arm", 30, vec![], &["push"]).expect("a description");
+    let with = || without().with_servo_commands(layout(vec![joint("j")]).expect("a layout"));
+    add(without(), &[]).expect("no servo commands");
+    add(with(), &[0.3]).expect("servo commands");
+    refuses(add(without(), &[0.3]), "a servo command is given");
+    refuses(add(with(), &[]), "the servo command has 0 numbers");
+    refuses(add(with(), &[f32::NAN]), "`j_rad` of the servo command is NaN");
+    let limits = MotionLimits { position: [0.0, 1.0], velocity: 1.0, acceleration: 0.0, jerk: 1.0 };
+    refuses(layout(vec![joint("j").with_limits(limits)]), "acceleration: 0.0");
 }
 
 #[test]

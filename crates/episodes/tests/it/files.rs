@@ -24,6 +24,7 @@ fn rows_of_lerobot_are_the_frames() {
             assert_eq!(row, &alone[t], "both versions have equal rows");
             assert_eq!(floats(&row["observation.state"]), state);
             assert_eq!(floats(&row["action"]), scene::action(episode, t as u64));
+            assert_eq!(floats(&row["servo_command"]), scene::servo_command(episode, t as u64));
             assert_eq!(number(&row["index"]), index as f64);
             assert_eq!(number(&row["frame_index"]), t as f64);
             assert_eq!(number(&row["task_index"]), (episode % 2) as f64);
@@ -65,6 +66,9 @@ fn robomimic_layout_is_read_back() {
     let actions: Vec<f32> = (0..scene::frames(episode)).flat_map(|t| scene::action(episode, t)).collect();
     assert_eq!(floats("states"), states.as_flattened());
     assert_eq!(floats("action_targets"), actions);
+    let servo: Vec<f32> =
+        (0..scene::frames(episode)).flat_map(|t| scene::servo_command(episode, t)).collect();
+    assert_eq!(floats("servo_commands"), servo);
     // Ranges: -2 to 2 rad, and 0 to 1.
     let scaled: Vec<f32> = actions.chunks_exact(2).flat_map(|a| [a[0] / 2.0, 2.0 * a[1] - 1.0]).collect();
     assert_eq!(floats("actions"), scaled);
@@ -143,12 +147,28 @@ fn card_states_what_is_in_the_dataset() {
         "| dropped | 1 |",
         "The square starts 3 pixels further right",
         "| `state` | `gripper_opening_m` | m |",
-        "recorded with depth, instance ids",
+        "Not in this format: depth, instance ids, points. They are in no format of this dataset.",
         "| tabletopgen-episodes | 0.1.0 |",
         "state[t]` is measured before",
+        "of velocity, acceleration and jerk by differences at 15 Hz",
+        // From the end of the range, in steps of at most 3.125 rad.
+        "| `action` | `joint_1_rad` | 100.0 % | 46.9 % |",
+        "| `servo_command` | `joint_1_rad` | 100.0 % |",
     ] {
         assert!(card.contains(part), "the card lacks `{part}`:\n{card}");
     }
+}
+
+#[test]
+fn card_names_the_formats_that_have_what_another_lacks() {
+    let dataset = dataset(&[V30, Format::Robomimic, PLAIN]);
+    let lacks = "Not in this format: depth, instance ids, points. They are in `robomimic`, `parquet-png`.";
+    assert!(dataset.text(V30, "README.md").contains(lacks));
+    let card = dataset.text(PLAIN, "README.md");
+    assert!(
+        card.contains("RGB 96 x 64, with depth, instance ids") && !card.contains("Not in this"),
+        "{card}"
+    );
 }
 
 #[test]

@@ -56,7 +56,13 @@ fn action_that_copies_the_state_is_refused() {
         for t in 0..5 {
             let state = speed * t as f32;
             encoder
-                .add(&Frame { state: &[state], action: &[state + lead], cameras: &[], points: None })
+                .add(&Frame {
+                    state: &[state],
+                    action: &[state + lead],
+                    servo_command: &[],
+                    cameras: &[],
+                    points: None,
+                })
                 .expect("added");
         }
         encoder.finish(Outcome::Success)
@@ -192,7 +198,7 @@ fn both_versions_of_lerobot_say_the_same() {
     }
     // The groups of GR00T cover every number once.
     let modality = dataset.json(V21, "meta/modality.json");
-    for (kind, dimension) in [("state", 10), ("action", 2)] {
+    for (kind, dimension) in [("state", 16), ("action", 2)] {
         let groups = modality[kind].as_object().expect("groups");
         let mut end = 0;
         for group in groups.values() {
@@ -251,15 +257,42 @@ fn depth_is_in_declared_millimeters() {
 fn quaternions_are_w_first_in_the_names() {
     let names = scene::description().expect("a description").state().full_names();
     let ends = ["end_effector_qw", "end_effector_qx", "end_effector_qy", "end_effector_qz"];
-    assert_eq!(names[6..], ends);
+    assert_eq!(names[6..10], ends);
     let mut elements = VectorElement::end_effector_pose().to_vec();
-    elements[3..].rotate_left(1);
+    elements[3..7].rotate_left(1);
     let text = VectorLayout::new("state", elements).expect_err("x first is refused").to_string();
     assert!(text.contains("qw, qx, qy, qz"), "{text}");
-    // The robot does not turn: the first component is 1.
+    // The robot does not turn: the first component is 1, and the columns are the axes.
     let dataset = dataset(&[V30]);
     let rows = dataset.rows(V30, "data/chunk-000/file-000.parquet");
-    assert_eq!(floats(&rows[0]["observation.state"])[6..], [1.0, 0.0, 0.0, 0.0]);
+    let state = floats(&rows[0]["observation.state"]);
+    assert_eq!(state[6..10], [1.0, 0.0, 0.0, 0.0]);
+    assert_eq!(state[10..], [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+}
+
+#[test]
+fn quaternions_that_jump_to_their_negative_are_refused() {
+    let pose = || VectorElement::end_effector_pose().to_vec();
+    let layout = |kind: &str| VectorLayout::new(kind, pose()).expect("a layout");
+    let tasks = vec!["turn".to_owned()];
+    let description = DatasetDescription::new("arm", 10, layout("state"), layout("action"), vec![], tasks);
+    let description = description.expect("valid");
+    let header = EpisodeHeader { number: 0, seed: 0, task: 0, record: serde_json::Value::Null };
+    let mut encoder = EpisodeEncoder::new(&description, &[V30], header).expect("an encoder");
+    // A hand that points down, whose w is all but 0.
+    let down = |w: f32, sign: f32| -> Vec<f32> {
+        let quaternion = [w, sign, 0.0, 0.0];
+        [&[0.1, 0.2, 0.3][..], &quaternion, &[1.0, 0.0, 0.0, 0.0, -1.0, 0.0]].concat()
+    };
+    let mut add = |state: &[f32], action: &[f32]| {
+        encoder.add(&Frame { state, action, servo_command: &[], cameras: &[], points: None })
+    };
+    add(&down(0.001, 1.0), &down(0.0, 1.0)).expect("one sign");
+    add(&down(-0.001, 1.0), &down(-0.002, 1.0)).expect("w may change its sign");
+    let jumped = add(&down(0.001, -1.0), &down(0.0, -1.0)).expect_err("state jumps").to_string();
+    assert!(jumped.contains("`end_effector_rotation` of the state has the other sign"), "{jumped}");
+    let jumped = add(&down(0.0, 1.0), &down(0.0, -1.0)).expect_err("action jumps").to_string();
+    assert!(jumped.contains("`end_effector_rotation` of the action has the other sign"), "{jumped}");
 }
 
 #[test]

@@ -21,6 +21,8 @@ pub(crate) struct Runner<'a> {
     motions: &'a Motions<'a>,
     /// Where the arm was asked to be last.
     pub commanded: Vec<f64>,
+    /// Where the planned motion had the arm at the last two times of the world.
+    planned: [Vec<f64>; 2],
     fingers: FingerCommand,
     /// Mass and center of mass in the tool's frame of what is held, and the share of it that the servos carry now.
     load: Option<(f64, DVec3)>,
@@ -37,6 +39,7 @@ impl<'a> Runner<'a> {
         let objects = motions.scene.objects.iter().map(|object| object.name.clone()).collect();
         Self {
             commanded: world.joint_positions(),
+            planned: [world.joint_positions(), world.joint_positions()],
             fingers: FingerCommand::resting(motions.robot, world.opening_m()),
             recording: Recording { rate_hz, joints, gripper_joint, objects, frames: Vec::new() },
             load: None,
@@ -133,6 +136,8 @@ impl<'a> Runner<'a> {
         self.record(&targets, velocities);
         self.world.set_joint_targets(&targets, velocities);
         self.world.step();
+        self.planned.rotate_left(1);
+        self.planned[1] = positions.to_vec();
     }
 
     /// Adds a frame where one is due.
@@ -144,16 +149,35 @@ impl<'a> Runner<'a> {
         let servos = self.motions.robot.arm_joints().zip(targets).zip(velocities);
         let joint_targets =
             servos.map(|((joint, q), v)| q + v * joint.drive.damping / joint.drive.stiffness).collect();
+        // The step that is due may be up to one late, which differences of the references would show.
+        let late = (self.world.time_s() - due_s).max(0.0) * self.world.options().steps_per_s;
+        let [before, now] = &self.planned;
+        let joint_references =
+            before.iter().zip(now).map(|(before, now)| now + late * (before - now)).collect();
         self.recording.frames.push(Frame {
             time_s: self.world.time_s(),
             phase: self.phase,
             joint_targets,
+            joint_references,
             joint_positions: self.world.joint_positions(),
             joint_velocities: self.world.joint_velocities(),
             opening_target_m: self.fingers.opening_target_m(),
+            opening_reference_m: self.fingers.opening_reference_m(),
             opening_m: self.world.opening_m(),
             gripper_target: self.motions.robot.gripper_position(self.fingers.opening_target_m()),
-            object_poses: self.poses(),
+            object_poses: self.poses_nearest_to_the_last(),
         });
+    }
+
+    /// The poses of the objects now, each rotation in the form that is nearer to that of the last frame.
+    fn poses_nearest_to_the_last(&self) -> Vec<Pose> {
+        let mut poses = self.poses();
+        let last = self.recording.frames.last().map(|frame| &frame.object_poses);
+        for (pose, last) in poses.iter_mut().zip(last.into_iter().flatten()) {
+            if pose.rotation.dot(last.rotation) < 0.0 {
+                pose.rotation = -pose.rotation;
+            }
+        }
+        poses
     }
 }
