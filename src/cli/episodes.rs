@@ -67,13 +67,13 @@ pub struct Arguments {
     /// Frames per second
     #[arg(long, value_name = "HZ", default_value_t = 15, allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=u64::from(MAX_FPS)))]
     fps: u32,
-    /// Also record depth (robomimic and parquet-png)
+    /// Also record depth; one of the formats must be robomimic or parquet-png
     #[arg(long)]
     depth: bool,
-    /// Also record which object is at each pixel (robomimic and parquet-png)
+    /// Also record which object is at each pixel; one of the formats must be robomimic or parquet-png
     #[arg(long)]
     instance_ids: bool,
-    /// Also record a cloud of N points of what all cameras see (robomimic and parquet-png)
+    /// Also record a cloud of N points of what all cameras see; one of the formats must be robomimic or parquet-png
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=u64::from(MAX_POINTS)))]
     point_cloud: Option<u32>,
     /// What differs between episodes: usual, wide (other objects and materials, too), none, or a file with amplitudes

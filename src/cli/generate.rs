@@ -115,7 +115,11 @@ fn refusal_message(problem: crate::api::Problem, text: &str) -> String {
             "" => "input".to_owned(),
             pointer => match pointer.strip_prefix("/options/set/") {
                 Some(key) => format!("--set {}", key.replace("~1", "/").replace("~0", "~")),
-                None => pointer.replacen('/', "--", 1),
+                None => {
+                    let path = pointer.trim_start_matches('/');
+                    let (name, rest) = path.split_at(path.find('/').unwrap_or(path.len()));
+                    format!("--{}{rest}", name.replace('_', "-"))
+                }
             },
         };
         let gap = if error.detail.starts_with(|c: char| c.is_lowercase()) { " " } else { ": " };

@@ -83,7 +83,9 @@ pub fn ordered(body: &EpisodesBody) -> Result<EpisodesOrder, Problem> {
 /// An error of an order where it is in a body; `None` where there is one already.
 fn in_body(error: FieldError, errors: &[FieldError]) -> Option<FieldError> {
     let pointer = match error.pointer.as_str() {
-        "/fps" | "/cameras" | "/point_cloud" => format!("/record{}", error.pointer),
+        "/fps" | "/cameras" | "/depth" | "/instance_ids" | "/point_cloud" => {
+            format!("/record{}", error.pointer)
+        }
         _ => error.pointer,
     };
     let is_known = errors.iter().any(|known| known.pointer.starts_with(&pointer));
@@ -255,6 +257,8 @@ mod tests {
             body[name] = value;
             body
         };
+        // With a format that keeps all that is recorded.
+        let kept = |record: Value| json!({ "task": "lift the mug", "count": 3, "formats": ["lerobot-v3.0", "robomimic"], "record": record });
         let camera = |name: &str| {
             json!({ "name": name, "mount": "world", "eye_m": [0, -0.1, 1.2], "target_m": [0, 0, 0],
                     "fov_x_rad": 0.9, "width_px": 64, "height_px": 64 })
@@ -272,8 +276,14 @@ mod tests {
             (with("randomize", json!({ "wind": 1 })), &["/randomize"]),
             (with("randomize", json!({ "mass": 0.9 })), &["/randomize/mass"]),
             (with("randomize", json!({ "added_distractors": 9 })), &["/randomize/added_distractors"]),
-            (with("record", json!({ "point_cloud": 0 })), &["/record/point_cloud"]),
-            (with("record", json!({ "point_cloud": 100, "cameras": [] })), &["/record/point_cloud"]),
+            (kept(json!({ "point_cloud": 0 })), &["/record/point_cloud"]),
+            (kept(json!({ "point_cloud": 100, "cameras": [] })), &["/record/point_cloud"]),
+            (kept(json!({ "depth": true, "cameras": [] })), &["/record/depth"]),
+            (with("record", json!({ "depth": true })), &["/record/depth"]),
+            (
+                with("record", json!({ "instance_ids": true, "point_cloud": 9 })),
+                &["/record/instance_ids", "/record/point_cloud"],
+            ),
             (with("formats", json!(["rlds"])), &["/formats/0"]),
             (with("formats", json!([])), &["/formats"]),
             (with("record", json!({ "fps": 0 })), &["/record/fps"]),
@@ -286,6 +296,8 @@ mod tests {
         ] {
             assert_eq!(pointers(value.clone()), expected, "{value}");
         }
+        let all = json!({ "depth": true, "instance_ids": true, "point_cloud": 9 });
+        assert!(ordered(&body(kept(all))).is_ok(), "one of the formats keeps them");
         for (value, code) in [
             (with("robot", json!("hal")), "unknown_robot"),
             (with("record", json!({ "size_px": 33 })), "description"),

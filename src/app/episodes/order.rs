@@ -4,7 +4,7 @@ use crate::api::error::{FieldError, Problem};
 use crate::app::executions::TaskSource;
 use demonstrations::camera::USUAL;
 use demonstrations::{CameraSpec, Randomization};
-use episodes::format::{DepthStorage, Format, ImageStorage};
+use episodes::format::{DepthStorage, Encodings, Format, ImageStorage};
 
 /// Largest number of episodes of an order.
 pub const MAX_COUNT: u64 = 100_000;
@@ -115,8 +115,18 @@ impl EpisodesOrder {
         }
         let points = self.points.is_none_or(|points| (1..=MAX_POINTS).contains(&points));
         require(points, "/point_cloud", format!("must be from 1 to {MAX_POINTS} points"));
-        let is_seen = self.points.is_none() || !self.cameras.is_empty();
-        require(is_seen, "/point_cloud", "needs a camera".into());
+        let kept = Encodings::of(&self.formats).kept_measures();
+        let wanted = [self.depth, self.instance_ids, self.points.is_some()];
+        for (index, pointer) in ["/depth", "/instance_ids", "/point_cloud"].into_iter().enumerate() {
+            let is_wanted = wanted[index];
+            require(!is_wanted || !self.cameras.is_empty(), pointer, "needs a camera".into());
+            // Where there are no formats, that is the fault.
+            let is_kept = kept[index] || self.formats.is_empty();
+            let keeps = |format: &&Format| Encodings::of(&[**format]).kept_measures()[index];
+            let names: Vec<&str> = FORMATS.iter().filter(keeps).map(|format| format.folder()).collect();
+            let detail = format!("is kept by none of the formats; add one of {}", names.join(", "));
+            require(!is_wanted || is_kept, pointer, detail);
+        }
         for violation in self.randomization.violations() {
             require(false, &format!("/randomize{}", violation.pointer), violation.detail);
         }
