@@ -63,7 +63,7 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
             name: InstanceId::new(&body.name).expect("a name"),
             label: object.label.clone(),
             category: object.category.clone(),
-            stand_in: false,
+            stand_in: None,
             image: ImageRegion { bbox_px: [0, 0, 1, 1] },
             world_from_object: body.world_from_object,
             yaw_rad: body.world_from_object.yaw_rad(),
@@ -135,6 +135,8 @@ fn certificate(scene: &Breakfast) -> Certificate {
             rest_rotation_rad: certify.rest_rotation_rad,
             outline_m: 0.001,
             silhouette_iou: scene.config.fidelity.min_silhouette_iou,
+            missed_share: 0.4,
+            invented_share: 0.4,
             health: HealthThresholds {
                 hull_excess_m: scene.config.health.hull_excess_m,
                 uncovered_m: scene.config.health.uncovered_m,
@@ -146,6 +148,8 @@ fn certificate(scene: &Breakfast) -> Certificate {
             },
         },
         fidelity: Fidelity {
+            is_judged: true,
+            left_out_px: Vec::new(),
             silhouette_iou: 1.0,
             color_difference: None,
             missed: Regions::default(),

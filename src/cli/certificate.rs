@@ -33,6 +33,7 @@ pub fn table(outcome: &Outcome, total_ms: u128) -> String {
         let _ = writeln!(text, "  {name:<6} {meaning:<34} {value:>8}");
     }
     if let Some(certificate) = &outcome.certificate {
+        let _ = writeln!(text, "  {}", certificate.summary);
         objects(&mut text, certificate);
         if let Some(finding) = &certificate.robot {
             text.push_str(&robot(finding));

@@ -13,8 +13,8 @@ pub enum Detail {
     All,
 }
 
-/// One line for each meaning that is shown, then for each part without effect, stand-in, filling, demand that yielded,
-/// and condition of the goal.
+/// One line for each meaning that is shown, then for each part without effect, stand-in, filling, part that an edit
+/// changed, demand that yielded, and condition of the goal.
 pub fn table(account: &TextAccount, detail: Detail) -> String {
     let mut rows: Vec<(&str, String, String)> = Vec::new();
     for part in account.understood.iter().filter(|part| detail == Detail::All || is_first(account, part)) {
@@ -28,10 +28,19 @@ pub fn table(account: &TextAccount, detail: Detail) -> String {
         rows.push(("without effect", quoted(&part.span.text), found));
     }
     for id in &account.stand_ins {
-        rows.push(("stand-in", words_of(account, id), format!("{id} is a plain shape of its size")));
+        let found = match category_of(account, id) {
+            Some(category) if !category.starts_with(SHAPES) => {
+                format!("{id} is shown as: {}", category.replace('_', " "))
+            }
+            _ => format!("{id} is a plain shape of its size"),
+        };
+        rows.push(("stand-in", words_of(account, id), found));
     }
     for id in &account.fillings {
         rows.push(("filling", String::new(), format!("{id} is added by the theme")));
+    }
+    for part in &account.changed {
+        rows.push(("edited", quoted(&part.span.text), part.by.clone()));
     }
     for unmet in &account.unmet {
         rows.push(("yielded", String::new(), unmet.to_string()));
@@ -67,6 +76,17 @@ fn is_first(account: &TextAccount, part: &Understood) -> bool {
 /// Widest column of words; longer ones push the rest of their line.
 const MAX_WIDTH: usize = 40;
 
+/// First part of the categories that are plain shapes.
+const SHAPES: &str = "stand_in_";
+
+/// The category that the account gives an object.
+fn category_of<'a>(account: &'a TextAccount, id: &InstanceId) -> Option<&'a str> {
+    account.understood.iter().find_map(|part| match &part.meaning {
+        TextMeaning::Object { category, objects } if objects.contains(id) => Some(category.as_str()),
+        _ => None,
+    })
+}
+
 /// The noun of the text for an object: the longest of the words that name it, of equally long ones the first.
 fn words_of(account: &TextAccount, id: &InstanceId) -> String {
     let names = |meaning: &TextMeaning| matches!(meaning, TextMeaning::Object { objects, .. } if objects.contains(id));
@@ -97,6 +117,8 @@ mod tests {
                 { "span": { "start": 20, "end": 24, "text": "aple" }, "kind": "correction", "corrected": "apple" },
                 { "span": { "start": 30, "end": 37, "text": "sextant" }, "kind": "object",
                   "category": "stand_in_box", "objects": ["sextant_1"] },
+                { "span": { "start": 38, "end": 39, "text": "beaker" }, "kind": "object",
+                  "category": "mug", "objects": ["beaker_1"] },
             ],
             "unrecognized": [
                 { "span": { "start": 40, "end": 45, "text": "qwr\ntz" }, "reason": "unknown_word",
@@ -106,7 +128,8 @@ mod tests {
             "goal": { "instruction": "put a mug on the box", "predicates": [
                 { "predicate": "on", "object": "mug_1", "target": "sextant_1" },
             ] },
-            "stand_ins": ["sextant_1"],
+            "stand_ins": ["sextant_1", "beaker_1"],
+            "changed": [{ "span": { "start": 60, "end": 66, "text": "teapot" }, "by": "removed teapot_1" }],
             "fillings": ["spoon_1"],
             "unmet": [{ "objects": ["mug_1"], "kind": "relation", "relation": "left_of", "targets": ["mug_2"] }],
         }))
@@ -115,10 +138,13 @@ mod tests {
   understood     \"two mugs\"              2 × mug: mug_1, mug_2
   understood     \"aple\"                  read as \"apple\"
   understood     \"sextant\"               1 × stand-in (box): sextant_1
+  understood     \"beaker\"                1 × mug: beaker_1
   without effect \"qwr\\ntz\"               unknown word; nearest by spelling: quart; nearest by meaning: box
   without effect \"dad\"                   nothing that stands on a table
   stand-in       \"sextant\"               sextant_1 is a plain shape of its size
+  stand-in       \"beaker\"                beaker_1 is shown as: mug
   filling                                spoon_1 is added by the theme
+  edited         \"teapot\"                removed teapot_1
   yielded                                mug_1 left of mug_2
   goal           \"put a mug on the box\"  the scene is its start state
                                          mug_1 on sextant_1

@@ -42,9 +42,13 @@ pub const STAGE: Stage = Stage { name: "certify", version: 17 };
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct FidelitySettings {
-    /// Least mean silhouette IoU of the finished scene with the image of a request, 0..1; a scene below it is
+    /// Least mean silhouette IoU of the finished scene with the image of the request, 0..1; a scene below it is
     /// quarantined. More quarantines more scenes; 0 accepts whatever stands still.
     pub min_silhouette_iou: f64,
+    /// Largest share of the image's object pixels that the scene misses, 0..1; less quarantines more scenes.
+    pub max_missed_share: f64,
+    /// Largest share of the scene's object pixels that the image does not show, 0..1; less quarantines more scenes.
+    pub max_invented_share: f64,
 }
 
 /// The scene's id, from everything that decides its bytes.
@@ -226,7 +230,7 @@ impl Inputs {
     ) -> Self {
         Self {
             identity,
-            composition,
+            composition: composition.with_stand_ins(),
             stated: None,
             certify: settings.certify.clone(),
             settle: settings.settle.clone(),
@@ -358,6 +362,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         "bundle_id": inputs.identity.id,
         "objects": inputs.composition.recognition.objects.len(),
         "table": inputs.composition.recognition.table.label,
+        "verdict_text": certificate.summary,
         "text": inputs.composition.account,
         "edit": inputs.composition.edit,
         "fidelity": certificate.fidelity,

@@ -11,6 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::ArtifactRef;
 use super::resolve::ResolvedBody;
 use super::{place, rotate};
+use catalog::category;
+use catalog::stand_in::is_stand_in;
 use export::BundleFile;
 use export::ExportError;
 use geometry::decompose::HullFit;
@@ -19,7 +21,9 @@ use geometry::{ConvexHull, Outline};
 use scene::certificate::ResolveFinding;
 use scene::edit::EditAccount;
 use scene::text_account::TextAccount;
-use scene::{InstanceMask, Light, Provenance, Recognition, ReconstructionMethod, SupportTree, Supporter};
+use scene::{
+    InstanceMask, Light, Provenance, Recognition, ReconstructionMethod, StandIn, SupportTree, Supporter,
+};
 use store::Digest;
 
 /// Path of the stored composition in a bundle.
@@ -90,6 +94,35 @@ impl Composition {
         &self.table.outline_m
     }
 
+    /// The same with the marks of stand-ins that its meshes bear out, and the account's list of them. A mesh that was
+    /// made from an image is what was asked for.
+    pub fn with_stand_ins(mut self) -> Self {
+        let recognition = Arc::make_mut(&mut self.recognition);
+        for (object, method) in recognition.objects.iter_mut().zip(&self.methods) {
+            if *method != ReconstructionMethod::Category {
+                object.stand_in = None;
+            }
+        }
+        if let Some(account) = &mut self.account {
+            let marked = recognition.objects.iter().filter(|object| object.stand_in.is_some());
+            account.stand_ins = marked.map(|object| object.id.clone()).collect();
+        }
+        self
+    }
+
+    /// Marks the stand-ins of a scene of an earlier version, which only lists them.
+    fn mark_listed_stand_ins(&mut self) {
+        let listed = self.account.as_ref().map_or(&[][..], |account| &account.stand_ins);
+        for object in &mut Arc::make_mut(&mut self.recognition).objects {
+            let is_listed = listed.contains(&object.id) || is_stand_in(&object.category);
+            if object.stand_in.is_none() && is_listed {
+                let shown_as = category(&object.category).map(|category| category.label.clone());
+                let shown_as = shown_as.unwrap_or_else(|| object.category.clone());
+                object.stand_in = Some(StandIn { stands_for: object.label.clone(), shown_as });
+            }
+        }
+    }
+
     /// The name of the supporting body.
     pub fn name_of(&self, supporter: Supporter) -> &str {
         let body = supporter.parent.map_or(0, |parent| parent + 1);
@@ -117,7 +150,8 @@ impl StoredComposition {
     ///
     /// Why this program does not read it, in words.
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
-        let stored: Self = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
+        let mut stored: Self = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
+        stored.composition.mark_listed_stand_ins();
         if stored.format != Self::FORMAT {
             return Err(format!(
                 "its composition has the format {}, and this program reads {}",

@@ -5,6 +5,7 @@
 //! carries the operations out, and the result is certified and written like every scene.
 
 pub mod parent;
+mod account;
 mod additions;
 mod apply;
 mod draft;

@@ -20,7 +20,7 @@ use scene::request::RequestOptions;
 use scene::text_account::TextAccount;
 use scene::{Input, Recognition, RecognizedTable, SceneDescription, SceneRequest, SupportTree, TableShape};
 
-pub const STAGE: Stage = Stage { name: "recognize", version: 6 };
+pub const STAGE: Stage = Stage { name: "recognize", version: 7 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -120,7 +120,7 @@ fn check(recognition: &Recognition, image: &Image) -> Result<(), StageError> {
     if recognition.objects.is_empty() {
         return Err(StageError::permanent(
             "nothing_on_the_table",
-            "no object was found on the table; send an image of a table with things on it",
+            "no object was found on the table; send an image of a table with objects on it",
         ));
     }
     recognition.validate().map_err(|invalid| inconsistent(&invalid.to_string()))
@@ -178,6 +178,7 @@ mod tests {
             seen_as: None,
             seen_like: None,
             mass_kg: None,
+            stand_in: None,
             tipped: None,
         };
         let checked = |objects: Vec<RecognizedObject>, side_px: u32| {
@@ -186,6 +187,7 @@ mod tests {
                 camera_is: CameraKnowledge::Known,
                 table: table(TableShape::Round, None),
                 objects,
+                left_out_px: Vec::new(),
             };
             let image = Image::filled(side_px, 48, [0; 4]);
             check(&recognition, &image).and_then(|()| support_tree(&recognition)).map_err(|error| error.code)

@@ -92,6 +92,7 @@ pub(super) fn described(composition: &Composition, loaded: &[Loaded]) -> Result<
             name,
             label: recognized.label.clone(),
             category: recognized.category.clone(),
+            stand_in: recognized.stand_in.is_some(),
             color: main_color(&geometry.mesh),
             material: recognized.material.clone(),
             size_m: geometry.mesh.size_m(),

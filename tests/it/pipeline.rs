@@ -4,4 +4,5 @@ mod truth;
 mod text_account;
 mod features;
 mod edit;
+mod edited_text;
 mod robot;

@@ -16,18 +16,23 @@ OWN = "{https://tabletopgen.invalid/label/1}"
 def judge(bundle: Path) -> Verdict:
     verdict = Verdict("marks")
     scene = read_scene(bundle)
-    wanted = {body["name"] for body in bodies(scene) if body.get("stand_in")}
+    wanted = {body["name"]: mark(lambda part: body.get(part)) for body in bodies(scene) if body.get("stand_in")}
     labels = {body["name"]: held(body["label"]) for body in bodies(scene)}
     for path, (told, marked) in read(bundle, labels).items():
         for name, label in told.items():
             # MuJoCo refuses empty text: there the name stands for an empty label.
             if label not in (labels[name], labels[name] or name):
                 verdict.complaints.append(f"{path}: the label of {name} is {label!r}, not {labels[name]!r}")
-        expected = wanted & set(told)
+        expected = {name: wanted[name] for name in wanted if name in told}
         if marked != expected:
-            verdict.complaints.append(f"{path} marks {sorted(marked)} as stand-ins, not {sorted(expected)}")
+            verdict.complaints.append(f"{path} marks {marked} as stand-ins, not {expected}")
     verdict.facts = {"stand_ins": len(wanted)}
     return verdict
+
+
+def mark(part):
+    """The noun that was asked for, and what stands there."""
+    return tuple(held(part(name) or "") for name in ("stands_for", "shown_as"))
 
 
 def held(words):
@@ -53,7 +58,7 @@ def read(bundle, labels):
         found[f"sdf/models/{name}"] = ({name: description}, sdf(ElementTree.parse(folder / "model.sdf").getroot()))
         path = f"glb/{name}.glb"
         extras = next((node["extras"] for node in nodes(bundle / path) if "extras" in node), {})
-        found[path] = ({name: extras.get("label", labels[name])}, {name} if extras.get("stand_in") else set())
+        found[path] = ({name: extras.get("label", labels[name])}, {name: mark(extras.get)} if extras.get("stand_in") else {})
         path = f"mjcf/{name}/{name}.xml"
         if (bundle / path).is_file():
             told, marked = mjcf(bundle / path)
@@ -65,28 +70,31 @@ def mjcf(path):
     model = mujoco.MjSpec.from_file(str(path))
     texts = {text.name: text.data for text in model.texts}
     of = lambda prefix: {name.removeprefix(prefix): data for name, data in texts.items() if name.startswith(prefix)}
-    return of("label_"), {name for name, data in of("stand_in_").items() if data == "true"}
+    marked = [name for name, data in of("stand_in_").items() if data == "true"]
+    return of("label_"), {name: mark(lambda part: texts.get(f"{part}_{name}")) for name in marked}
 
 
 def urdf(path):
     elements = ElementTree.parse(path).getroot().findall(f"{OWN}label")
-    marked = {element.get("link") for element in elements if element.get("stand_in") == "true"}
+    marked = {element.get("link"): mark(element.get) for element in elements if element.get("stand_in") == "true"}
     return {element.get("link"): element.get("text") for element in elements}, marked
 
 
 def sdf(root):
-    return {model.get("name") for model in root.iter("model") if model.get(f"{OWN}stand_in") == "true"}
+    of = lambda model: mark(lambda part: model.get(f"{OWN}{part}"))
+    return {model.get("name"): of(model) for model in root.iter("model") if model.get(f"{OWN}stand_in") == "true"}
 
 
 def usd(stage, labels):
     prims = {name: stage.GetDefaultPrim().GetChild(name) for name in labels}
-    marked = {name for name, prim in prims.items() if prim.GetAttribute("tabletopgen:stand_in").Get()}
+    told = lambda prim: lambda part: prim.GetAttribute(f"tabletopgen:{part}").Get()
+    marked = {name: mark(told(prim)) for name, prim in prims.items() if told(prim)("stand_in")}
     return {name: held(prim.GetDisplayName()) for name, prim in prims.items()}, marked
 
 
 def glb(path, labels):
     told = {node["name"]: node.get("extras", {}) for node in nodes(path) if node.get("name") in labels}
-    marked = {name for name, extras in told.items() if extras.get("stand_in") is True}
+    marked = {name: mark(extras.get) for name, extras in told.items() if extras.get("stand_in") is True}
     return {name: held(extras.get("label", "")) for name, extras in told.items()}, marked
 
 

@@ -150,7 +150,7 @@ fn objects(scene: &Scene) -> Vec<ObjectFacts> {
     };
     let facts = scene.instances.iter().map(|instance| ObjectFacts {
         category: instance.category.clone(),
-        stand_in: instance.stand_in,
+        stand_in: instance.stand_in.is_some(),
         largest_extent_m: instance.size_m.max_element(),
         mass_kg: instance.mass.mass_kg,
         support_depth: depth(instance.name.as_str()),

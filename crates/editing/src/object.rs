@@ -13,6 +13,8 @@ pub struct EditableObject {
     /// What the user calls it ("red coffee mug").
     pub label: String,
     pub category: String,
+    /// Whether the category only stands in for what the label says.
+    pub stand_in: bool,
     /// The color that covers most of its surface.
     pub color: Option<Rgb>,
     pub material: Option<String>,

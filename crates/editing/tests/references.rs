@@ -53,6 +53,7 @@ fn object(
         name: InstanceId::new(name).expect(name),
         label: label.to_owned(),
         category: category.to_owned(),
+        stand_in: category.starts_with("stand_in_"),
         color: Some(Rgb::hex(color)),
         material: Some(material.to_owned()),
         size_m,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use geometry::parallel_grasp::ParallelGrasp;
 use geometry::{ConvexHull, Friction, MassProperties, Pose, SimpleSolid, TexturedMesh};
-use scene::Scene;
+use scene::{Scene, StandIn};
 
 use super::surface::printable_surface;
 use super::{Assets, BodyAsset, ExportError};
@@ -65,7 +65,7 @@ pub struct Body {
     pub substance: String,
     pub grasp: Option<ParallelGrasp>,
     /// As [`scene::Instance::stand_in`].
-    pub stand_in: bool,
+    pub stand_in: Option<StandIn>,
     pub movable: bool,
     pub world_from_object: Pose,
     pub visual: TexturedMesh,
@@ -90,7 +90,20 @@ impl Body {
         let axes = DMat3::from_quat(self.mass.principal_axes_xyzw.normalize());
         axes * DMat3::from_diagonal(self.mass.inertia_diagonal_kg_m2) * axes.transpose()
     }
+
+    /// Names and values of the mark of a stand-in, as every format has them; empty for other bodies.
+    pub fn marks(&self) -> Vec<(&'static str, &str)> {
+        let Some(StandIn { stands_for, shown_as }) = &self.stand_in else { return Vec::new() };
+        let marks = [(STAND_IN, "true"), (STANDS_FOR, stands_for), (SHOWN_AS, shown_as)];
+        // MuJoCo rejects empty text.
+        marks.into_iter().filter(|(_, value)| !value.is_empty()).collect()
+    }
 }
+
+/// Names of the parts of a stand-in's mark.
+pub const STAND_IN: &str = "stand_in";
+pub const STANDS_FOR: &str = "stands_for";
+pub const SHOWN_AS: &str = "shown_as";
 
 /// Names reserved for files of the bundle.
 const RESERVED_NAMES: [&str; 3] = ["scene", "world", "floor"];
@@ -114,7 +127,7 @@ pub fn bodies(scene: &Scene, assets: &Assets) -> Result<Vec<Body>, ExportError> 
     let table_facts = Facts {
         name: &table.name,
         label: &table.label,
-        stand_in: false,
+        stand_in: None,
         movable: false,
         world_from_object: Pose::IDENTITY,
         mass: table.mass,
@@ -125,7 +138,7 @@ pub fn bodies(scene: &Scene, assets: &Assets) -> Result<Vec<Body>, ExportError> 
     let instances = scene.instances.iter().map(|instance| Facts {
         name: instance.name.as_str(),
         label: &instance.label,
-        stand_in: instance.stand_in,
+        stand_in: instance.stand_in.as_ref(),
         movable: true,
         world_from_object: instance.world_from_object,
         mass: instance.mass,
@@ -142,7 +155,7 @@ pub fn bodies(scene: &Scene, assets: &Assets) -> Result<Vec<Body>, ExportError> 
 struct Facts<'a> {
     name: &'a str,
     label: &'a str,
-    stand_in: bool,
+    stand_in: Option<&'a StandIn>,
     movable: bool,
     world_from_object: Pose,
     mass: MassProperties,
@@ -181,7 +194,7 @@ fn checked_body(facts: &Facts<'_>, asset: &BodyAsset) -> Result<Body, ExportErro
         wikidata_item: asset.wikidata_item.clone(),
         substance: asset.substance.clone(),
         grasp: asset.grasp,
-        stand_in: facts.stand_in,
+        stand_in: facts.stand_in.cloned(),
         movable: facts.movable,
         world_from_object: Pose { translation_m: pose.translation_m, rotation: pose.rotation.normalize() },
         visual,

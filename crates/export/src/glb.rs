@@ -1,11 +1,12 @@
 //! `glb/`: one file per body in its own frame, and one for the whole scene.
 //!
-//! Nodes of the scene have the label among their extras, those of stand-ins also `stand_in`. The root of a stand-in's
-//! own file has the same extras.
+//! Nodes of the scene have the label among their extras, those of stand-ins also the mark (`stand_in`). The root of a
+//! stand-in's own file has the same extras.
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use super::body::STAND_IN;
 use super::{Body, BundleFile};
 use mesh_io::gltf::{SceneNode, write_mesh_glb_with_extras, write_scene_glb};
 
@@ -26,7 +27,8 @@ pub fn write(bodies: &[Body]) -> Vec<BundleFile> {
         .par_iter()
         .map(|body| {
             let path = format!("glb/{}.glb", body.name);
-            let mesh = write_mesh_glb_with_extras(&body.visual, body.stand_in.then(|| extras(body)));
+            let mesh =
+                write_mesh_glb_with_extras(&body.visual, body.stand_in.is_some().then(|| extras(body)));
             BundleFile::new(path, mesh, "glb_mesh", media_type)
         })
         .collect();
@@ -36,8 +38,8 @@ pub fn write(bodies: &[Body]) -> Vec<BundleFile> {
 
 fn extras(body: &Body) -> Value {
     let mut extras = json!({ "label": body.label });
-    if body.stand_in {
-        extras["stand_in"] = true.into();
+    for (mark, value) in body.marks() {
+        extras[mark] = if mark == STAND_IN { true.into() } else { value.into() };
     }
     extras
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use runtime::digest::hex;
-use scene::{Provenance, Scene};
+use scene::{Provenance, Scene, StandIn};
 
 use super::{Assets, BundleFile, ExportError, ExportSettings};
 
@@ -37,8 +37,8 @@ struct Asset<'a> {
     name: &'a str,
     label: &'a str,
     category: &'a str,
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    stand_in: bool,
+    #[serde(flatten, with = "scene::stand_in::fields")]
+    stand_in: Option<StandIn>,
     licence: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     provenance: Option<&'a Provenance>,
@@ -67,7 +67,7 @@ pub fn write(
         name: &scene.table.name,
         label: &scene.table.label,
         category: &assets.table.category,
-        stand_in: false,
+        stand_in: None,
         licence: &settings.licence,
         provenance: None,
         model: Some(&scene.table.model),
@@ -77,7 +77,7 @@ pub fn write(
         name: instance.name.as_str(),
         label: &instance.label,
         category: &instance.category,
-        stand_in: instance.stand_in,
+        stand_in: instance.stand_in.clone(),
         licence: &instance.provenance.licence,
         provenance: Some(&instance.provenance),
         model: None,

@@ -27,7 +27,6 @@ use super::{Body, BundleFile, ExportSettings};
 pub const LABEL_PREFIX: &str = "label_";
 
 /// Name prefix of the text entries that mark stand-ins; their data is `true`.
-pub const STAND_IN_PREFIX: &str = "stand_in_";
 
 /// Time constant of contacts in steps; MuJoCo accepts no fewer. An object sinks by gravity times the square of that time,
 /// times the number of objects that it carries: a sixth of a millimeter each at 2 ms, less than a tenth of a coin. With
@@ -84,7 +83,7 @@ fn object_file(body: &Body, settings: &ExportSettings) -> BundleFile {
     let mut document = XmlDocument::new();
     document.open("mujoco", &[("model", &body.name)]);
     document.empty("compiler", &[("angle", "radian")]);
-    if body.stand_in {
+    if body.stand_in.is_some() {
         document.open("custom", &[]);
         write_texts(&mut document, body);
         document.close();
@@ -182,8 +181,8 @@ fn solref(settings: &ExportSettings) -> String {
 fn write_texts(document: &mut XmlDocument, body: &Body) {
     let label = if body.label.is_empty() { &body.name } else { &body.label };
     document.empty("text", &[("name", &format!("{LABEL_PREFIX}{}", body.name)), ("data", label)]);
-    if body.stand_in {
-        document.empty("text", &[("name", &format!("{STAND_IN_PREFIX}{}", body.name)), ("data", "true")]);
+    for (mark, value) in body.marks() {
+        document.empty("text", &[("name", &format!("{mark}_{}", body.name)), ("data", value)]);
     }
 }
 

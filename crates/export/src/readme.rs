@@ -12,11 +12,14 @@ pub fn write(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> Bundl
     let rows: String = bodies
         .iter()
         .map(|body| {
-            let mark = if body.stand_in { " (stand-in)" } else { "" };
+            let mark = body.stand_in.as_ref().map_or_else(String::new, |mark| match mark.shown_as.as_str() {
+                "" => " (stand-in)".to_owned(),
+                shown_as => format!(" (stand-in, shown as: {})", cell(shown_as)),
+            });
             format!("| `{}` | {}{mark} | {:.3} |\n", body.name, cell(&body.label), body.mass.mass_kg)
         })
         .collect();
-    let stand_ins = if bodies.iter().any(|body| body.stand_in) { STAND_INS } else { "" };
+    let stand_ins = if bodies.iter().any(|body| body.stand_in.is_some()) { STAND_INS } else { "" };
     let text = TEMPLATE
         .replace("{id}", &scene.id)
         .replace("{example}", example)
@@ -77,9 +80,10 @@ fn cell(label: &str) -> String {
 
 /// The paragraph of a bundle with stand-ins.
 const STAND_INS: &str = "
-A stand-in is a plain shape of the size of an object that the catalog does not have; the label says which object. Every
-format marks it: `stand_in` in `scene.json`, among the extras of glTF nodes and in `tabletopgen:label` elements of URDF,
-the attribute `tabletopgen:stand_in` of USD prims and of SDF models, and `stand_in_<name>` texts in MJCF.
+A stand-in is another body, or a plain shape, for an object that the catalog does not have; the label keeps the words for the
+object. Every format marks it by `stand_in`, with the noun that was asked for (`stands_for`) and what stands there
+(`shown_as`): in `scene.json`, among the extras of glTF nodes and in `tabletopgen:label` elements of URDF, as attributes of
+USD prims and of SDF models (`tabletopgen:stand_in`), and as texts in MJCF (`stand_in_<name>`).
 ";
 
 /// How the robot of the request takes the objects.

@@ -20,6 +20,7 @@ use glam::{DMat3, DVec3};
 use serde::Serialize;
 
 use geometry::{ConvexHull, Pose, SimpleSolid, SimpleSolidKind};
+use scene::StandIn;
 
 use super::{Body, BundleFile, ExportError};
 
@@ -103,7 +104,7 @@ struct ReadLabels {
     label: String,
     category: String,
     wikidata_item: String,
-    stand_in: bool,
+    stand_in: Option<StandIn>,
 }
 
 /// Bodies by name.
@@ -378,9 +379,11 @@ fn compare_labels(body: &Body, found: &ReadBody) -> Result<(), String> {
         Some((what, found, wanted)) => {
             Err(format!("{}: the {what} is {found:?} instead of {wanted:?}", body.name))
         }
-        None if labels.stand_in != body.stand_in => {
-            let mark = if body.stand_in { "no mark" } else { "the mark" };
-            Err(format!("{}: it has {mark} of a stand-in", body.name))
+        None if labels.stand_in != stand_ins::held(body, |words| words.replace('\0', "\u{fffd}")) => {
+            Err(format!(
+                "{}: the mark of a stand-in is {:?} instead of {:?}",
+                body.name, labels.stand_in, body.stand_in
+            ))
         }
         None => Ok(()),
     }

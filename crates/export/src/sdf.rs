@@ -6,7 +6,7 @@
 //! spinning is given as a patch whose radius is that length, with the coefficient that makes the torque
 //! radius times normal force. Mesh paths are relative to the file that names them.
 //!
-//! A stand-in is marked by the attribute `tabletopgen:stand_in` of its `<model>`. Drake accepts it, and warns of
+//! A stand-in is marked by attributes of its `<model>` (`tabletopgen:stand_in`). Drake accepts it, and warns of
 //! elements of a foreign namespace.
 //!
 //! Drake reads its own elements (`drake:proximity_properties`) beside these: objects are compliant and the table is
@@ -57,7 +57,7 @@ pub fn write(
 fn model_files(body: &Body, wavefront: &Wavefront, settings: &ExportSettings) -> Vec<BundleFile> {
     let folder = format!("sdf/models/{}", body.name);
     let mut document = XmlDocument::new();
-    open_sdf(&mut document, body.stand_in);
+    open_sdf(&mut document, body.stand_in.is_some());
     write_model(&mut document, body, &Pose::IDENTITY, "");
     let mut files = vec![
         BundleFile::text(format!("{folder}/model.sdf"), document.finish(), "sdf_model", "application/xml"),
@@ -96,7 +96,7 @@ fn open_sdf(document: &mut XmlDocument, has_stand_ins: bool) {
 
 fn world(scene: &Scene, bodies: &[Body], settings: &ExportSettings) -> String {
     let mut document = XmlDocument::new();
-    open_sdf(&mut document, bodies.iter().any(|body| body.stand_in));
+    open_sdf(&mut document, bodies.iter().any(|body| body.stand_in.is_some()));
     document.open("world", &[("name", &format!("scene_{}", scene.id))]);
     document.text_element("gravity", &spaced(&[0.0, 0.0, -settings.gravity_m_s2]));
     document.open("light", &[("name", "sun"), ("type", "directional")]);
@@ -135,10 +135,10 @@ fn write_floor(document: &mut XmlDocument, scene: &Scene) {
 
 /// A model named as the body, its only link named likewise; mesh paths start with `prefix`.
 fn write_model(document: &mut XmlDocument, body: &Body, world_from_object: &Pose, prefix: &str) {
-    let mut attributes = vec![("name", body.name.as_str())];
-    if body.stand_in {
-        attributes.push(("tabletopgen:stand_in", "true"));
-    }
+    let marks = body.marks().into_iter().map(|(mark, value)| (format!("tabletopgen:{mark}"), value));
+    let marks: Vec<(String, &str)> = marks.collect();
+    let name = std::iter::once(("name", body.name.as_str()));
+    let attributes: Vec<_> = name.chain(marks.iter().map(|(mark, value)| (mark.as_str(), *value))).collect();
     document.open("model", &attributes);
     document.text_element("static", if body.movable { "false" } else { "true" });
     let (position, angles) = origin(world_from_object);

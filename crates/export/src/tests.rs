@@ -5,3 +5,4 @@ mod bundle;
 mod planted_faults;
 mod label_round_trip;
 mod stand_ins;
+mod statements;

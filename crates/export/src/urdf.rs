@@ -62,9 +62,7 @@ fn open_robot(document: &mut XmlDocument, name: &str) {
 
 fn write_label(document: &mut XmlDocument, body: &Body) {
     let mut attributes = vec![("link", body.name.as_str()), ("text", &body.label)];
-    if body.stand_in {
-        attributes.push(("stand_in", "true"));
-    }
+    attributes.extend(body.marks());
     document.empty("tabletopgen:label", &attributes);
 }
 

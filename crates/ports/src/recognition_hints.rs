@@ -16,7 +16,7 @@ use serde::Serialize;
 use geometry::Rgb;
 use scene::instance::SupportRelation;
 use scene::text_account::TextMeaning;
-use scene::{InstanceId, ObjectSpec, Recognition, RelationKind, RequestedPose, SceneDescription};
+use scene::{InstanceId, ObjectSpec, Recognition, RelationKind, RequestedPose, SceneDescription, StandIn};
 
 /// Maximum number of named objects.
 const MAX_NAMED: usize = 64;
@@ -39,7 +39,9 @@ pub struct NamedObject {
     pub label: String,
     /// Catalog category, or the hidden category of a stand-in.
     pub category: String,
-    pub stand_in: bool,
+    /// What its category stands in for, where the catalog does not have the object.
+    #[serde(flatten, serialize_with = "scene::stand_in::fields::serialize")]
+    pub stand_in: Option<StandIn>,
     /// Upright extents, meters: stated, or one of many possible.
     pub size_m: DVec3,
     pub size_is_stated: bool,
@@ -110,14 +112,15 @@ impl RecognitionHints {
         self.named.iter().find(|named| &named.id == id)
     }
 
-    /// Gives the recognized objects that the text names its label, category, material and mass. A stated size replaces
-    /// a judged one; a measured size stays, because the adapter that measures takes the scale from stated sizes.
+    /// Gives the recognized objects that the text names its label, category, mark, material and mass. A stated size
+    /// replaces a judged one; a measured size stays, as the adapter that measures takes the scale from stated sizes.
     pub fn apply(&self, recognition: &mut Recognition) {
         for object in &mut recognition.objects {
             let Some(named) = self.find(&object.id) else { continue };
             object.label.clone_from(&named.label);
             object.category.clone_from(&named.category);
             object.mass_kg = named.mass_kg;
+            object.stand_in.clone_from(&named.stand_in);
             if named.material.is_some() {
                 object.material.clone_from(&named.material);
             }
@@ -141,7 +144,7 @@ fn named(object: &ObjectSpec, description: &SceneDescription, ids: &BTreeSet<&In
         id: object.id.clone(),
         label: object.label.clone(),
         category: object.category.clone(),
-        stand_in: object.stand_in,
+        stand_in: object.stand_in.clone(),
         size_m: object.size_m,
         size_is_stated: size_is_stated(object, description),
         color: object.color,

@@ -119,10 +119,21 @@ pub struct Thresholds {
     pub rest_rotation_rad: f64,
     /// Maximum overhang of an object over the table's outline.
     pub outline_m: f64,
-    /// Minimum mean silhouette IoU with the reference image.
+    /// Minimum mean silhouette IoU with the image that the request gives.
     pub silhouette_iou: f64,
+    /// Largest share of the image's object pixels that the scene misses.
+    #[serde(default = "one")]
+    pub missed_share: f64,
+    /// Largest share of the scene's object pixels that the image does not show.
+    #[serde(default = "one")]
+    pub invented_share: f64,
     #[serde(flatten)]
     pub health: HealthThresholds,
+}
+
+/// A limit that nothing exceeds: reports of earlier versions have none.
+fn one() -> f64 {
+    1.0
 }
 
 /// Plausibility thresholds of a single body.
@@ -295,14 +306,27 @@ pub struct RotationFinding {
     pub candidates: Vec<(f64, f64)>,
 }
 
+/// Earlier versions judged every scene.
+fn yes() -> bool {
+    true
+}
+
 /// Similarity of the finished scene and the reference image from the same camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fidelity {
+    /// Whether the verdict depends on it: the request gives the image, or a model generated it. The program's own
+    /// rendering of a text or of an edited scene says nothing about what was asked for.
+    #[serde(default = "yes")]
+    pub is_judged: bool,
     /// Mean of the objects' silhouette IoUs, 0..1.
     pub silhouette_iou: f64,
     /// Mean CIELAB distance (CIE 1976) over the pixels where both show the same object, lighting differences included.
     /// `None` if there is no such pixel.
     pub color_difference: Option<f64>,
+    /// Boxes of what was found in the image and left out, as it does not stand on the table: x0, y0 inclusive; x1, y1
+    /// exclusive. It does not count as missed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out_px: Vec<[u32; 4]>,
     /// Pixels with objects in the image and none in the scene.
     pub missed: Regions,
     /// Pixels with objects in the scene and none in the image.

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::text_account::{Goal, TextAccount, Understood, Unrecognized};
-use super::{InstanceId, TableSpec};
+use super::{InstanceId, StandIn, TableSpec};
 use geometry::Rgb;
 
 /// A detailed, layout-aware description: style, objects with counts, functional layout.
@@ -50,9 +50,9 @@ impl SceneDescription {
             understood: self.understood.clone(),
             unrecognized: self.unrecognized.clone(),
             goal: self.goal.clone(),
-            stand_ins: ids(|object| object.stand_in),
+            stand_ins: ids(|object| object.stand_in.is_some()),
             fillings: ids(|object| !object.requested),
-            unmet: Vec::new(),
+            ..TextAccount::default()
         }
     }
 }
@@ -77,9 +77,9 @@ pub struct ObjectSpec {
     pub seed: u64,
     /// Whether the text names it; otherwise the theme added it.
     pub requested: bool,
-    /// Whether its mesh is a plain shape of the size of the object, because the catalog does not have the object.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub stand_in: bool,
+    /// What it stands in for, where the catalog does not have the object.
+    #[serde(flatten, with = "crate::stand_in::fields")]
+    pub stand_in: Option<StandIn>,
     /// The orientation the text asks for.
     #[serde(default, skip_serializing_if = "RequestedPose::is_upright")]
     pub pose: RequestedPose,

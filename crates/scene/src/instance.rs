@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Friction, InstanceId, MassProperties};
+use super::{Friction, InstanceId, MassProperties, StandIn};
 use crate::description::RelationKind;
 use crate::grasps::GraspFile;
 use geometry::Pose;
@@ -15,9 +15,9 @@ pub struct Instance {
     pub name: InstanceId,
     pub label: String,
     pub category: String,
-    /// Whether its mesh is a plain shape of the size of the object, because the catalog does not have the object.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub stand_in: bool,
+    /// What it stands in for, where the catalog does not have the object.
+    #[serde(flatten, with = "crate::stand_in::fields")]
+    pub stand_in: Option<StandIn>,
     pub image: ImageRegion,
     /// `world_from_object` (`translation_m`, `rotation_xyzw`).
     #[serde(flatten)]

@@ -30,6 +30,7 @@ pub mod text_account;
 pub mod predicates;
 pub mod table;
 pub mod recognition;
+pub mod stand_in;
 pub mod grasps;
 pub mod instance;
 pub mod support_tree;
@@ -56,6 +57,7 @@ pub use recognition::{
     StandsOn, TippedPose, TopBox, UNNAMED_CATEGORY,
 };
 pub use request::{Input, SceneRequest};
+pub use stand_in::StandIn;
 pub use support_tree::{SupportTree, Supporter};
 pub use table::{Table, TableShape, TableSpec};
 pub use text_account::{

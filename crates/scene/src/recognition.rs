@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::{InstanceId, RequestedPose, TableShape};
+use super::{InstanceId, RequestedPose, StandIn, TableShape};
 use crate::instance::SupportRelation;
 use crate::support_tree::{InvalidSupport, SupportTree, Supporter};
 use crate::validation::{Violation, Violations, validated};
@@ -26,6 +26,10 @@ pub struct Recognition {
     pub table: RecognizedTable,
     /// All objects without the table.
     pub objects: Vec<RecognizedObject>,
+    /// Boxes of what was found in the image and left out, as it does not stand on the table: x0, y0 inclusive; x1, y1
+    /// exclusive.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out_px: Vec<[u32; 4]>,
 }
 
 validated!(Recognition);
@@ -140,6 +144,9 @@ pub struct RecognizedObject {
     /// The mass that a text states; otherwise it follows from volume and substance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
+    /// What its category stands in for, where a text asks for an object that the catalog does not have.
+    #[serde(flatten, with = "crate::stand_in::fields")]
+    pub stand_in: Option<StandIn>,
 }
 
 /// The pose of an object that does not stand upright.

@@ -28,13 +28,28 @@ pub struct TextAccount {
     pub unrecognized: Vec<Unrecognized>,
     /// The goal of an instruction; the scene shows its start state.
     pub goal: Option<Goal>,
-    /// Objects that the catalog does not have, shown by plain shapes of their size.
+    /// Objects that the catalog does not have: those that have the mark of a stand-in.
     pub stand_ins: Vec<InstanceId>,
     /// Objects that the text does not name; the theme added them.
     pub fillings: Vec<InstanceId>,
     /// Demands of the text that the layout does not meet; empty before a layout exists, and where it is not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unmet: Vec<Unmet>,
+    /// Id of the scene that was made from the text, in its `scene.json`, where this scene is an edit of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of_scene: Option<String>,
+    /// Parts of the text of which edits changed some or all, in the order of the text. `understood` has only what is
+    /// left of their meaning.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changed: Vec<ChangedPart>,
+}
+
+/// A part of the text that an edit changed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ChangedPart {
+    pub span: TextSpan,
+    /// What the operation did, in one sentence.
+    pub by: String,
 }
 
 /// A part of the text and its meaning.

@@ -95,6 +95,7 @@ mod tests {
                 name: object.name.clone(),
                 label: object.name.to_string(),
                 category: "cube".to_owned(),
+                stand_in: false,
                 color: None::<Rgb>,
                 material: None,
                 size_m: DVec3::splat(0.1),

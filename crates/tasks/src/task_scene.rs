@@ -69,6 +69,7 @@ impl TaskScene {
                     name: instance.name.clone(),
                     label: instance.label.clone(),
                     category: instance.category.clone(),
+                    stand_in: instance.stand_in.is_some(),
                     color: appearance.color,
                     material: appearance.material.clone(),
                     size_m: instance.size_m,

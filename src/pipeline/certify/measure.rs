@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Inputs, plausibility};
+use super::{FidelitySettings, Inputs, plausibility};
 use crate::pipeline::composition::BodyParts;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::{Loaded, body};
@@ -172,6 +172,8 @@ pub(super) fn certificate(
             rest_rotation_rad: inputs.certify.rest_rotation_rad,
             outline_m: OUTLINE_TOLERANCE_M,
             silhouette_iou: inputs.fidelity.min_silhouette_iou,
+            missed_share: inputs.fidelity.max_missed_share,
+            invented_share: inputs.fidelity.max_invented_share,
             health: inputs.health.thresholds(),
         },
         objects,
@@ -204,6 +206,8 @@ fn fidelity(
     let mut methods = BTreeMap::<ReconstructionMethod, usize>::new();
     inputs.composition.methods.iter().for_each(|method| *methods.entry(*method).or_default() += 1);
     Fidelity {
+        is_judged: is_judged(inputs),
+        left_out_px: inputs.composition.recognition.left_out_px.clone(),
         silhouette_iou: objects.iter().map(|object| object.silhouette_iou).sum::<f64>() / count,
         color_difference: likeness.color_distance,
         missed: regions(&likeness.missed),
@@ -230,7 +234,7 @@ fn movement(found: &Movement) -> Displacement {
 /// Why the verdict is what it is, in one sentence.
 fn summary(inputs: &Inputs, pairs: usize, reasons: &[Reason]) -> String {
     let objects = inputs.composition.bodies.len().saturating_sub(1);
-    match reasons {
+    let verdict = match reasons {
         [] if objects == 0 => "The table is sound, and nothing stands on it.".to_owned(),
         [] => format!(
             "{}: none of {pairs} pairs collides, everything is carried from below and stays where it is for {} s \
@@ -243,6 +247,12 @@ fn summary(inputs: &Inputs, pairs: usize, reasons: &[Reason]) -> String {
             let more = counted(rest.len(), "more reason");
             format!("It must not be used: {}, and {more}.", first.sentence)
         }
+    };
+    let marked = inputs.composition.recognition.objects.iter().filter(|object| object.stand_in.is_some());
+    match marked.count() {
+        0 => verdict,
+        1 => format!("{verdict} 1 of {} is a stand-in.", counted(objects, "object")),
+        marked => format!("{verdict} {marked} of {} are stand-ins.", counted(objects, "object")),
     }
 }
 
@@ -382,14 +392,49 @@ fn reasons(
         let sentence = format!("{} reaches {over_mm:.0} mm over the table's edge", object.name);
         reason(ReasonCode::OverTheEdge, &[object.name.as_str()], sentence);
     }
-    // A text asks for objects and places; the program made its reference image itself.
-    let lowest = inputs.fidelity.min_silhouette_iou;
-    if matches!(inputs.identity.request.input, Input::Image { .. }) && fidelity.silhouette_iou < lowest {
-        let sentence = format!(
-            "the scene does not look like the picture: mean silhouette IoU {:.2}, at least {lowest:.2} is asked",
-            fidelity.silhouette_iou
-        );
-        reason(ReasonCode::UnlikeImage, &[], sentence);
+    if fidelity.is_judged {
+        for sentence in unlike(fidelity, &inputs.fidelity) {
+            reason(ReasonCode::UnlikeImage, &[], sentence);
+        }
     }
     reasons
+}
+
+/// Whether the likeness is part of the verdict: not where the program itself rendered the reference image.
+fn is_judged(inputs: &Inputs) -> bool {
+    match inputs.identity.request.input {
+        Input::Image { .. } => true,
+        // Without the demands of the text a model generated the image, and the scene is made from it.
+        Input::Text { .. } => inputs.stated.is_none(),
+        Input::Edit { .. } | Input::Variant { .. } => false,
+    }
+}
+
+/// Each limit of the likeness that is exceeded, in a sentence.
+fn unlike(fidelity: &Fidelity, limits: &FidelitySettings) -> Vec<String> {
+    let FidelitySettings { min_silhouette_iou, max_missed_share, max_invented_share } = *limits;
+    let mut sentences = Vec::new();
+    if fidelity.silhouette_iou < min_silhouette_iou {
+        sentences.push(format!(
+            "the scene is unlike the image: mean silhouette IoU {:.2}, at least {min_silhouette_iou:.2} is required",
+            fidelity.silhouette_iou
+        ));
+    }
+    let shares = [
+        (fidelity.missed.share, max_missed_share, "of the pixels of objects in the image are missed"),
+        (
+            fidelity.invented.share,
+            max_invented_share,
+            "of the pixels of objects in the scene are not in the image",
+        ),
+    ];
+    for (share, limit, what) in shares {
+        if share > limit {
+            let (found, limit) = (100.0 * share, 100.0 * limit);
+            sentences.push(format!(
+                "the scene is unlike the image: {found:.0} % {what}, at most {limit:.0} % is allowed"
+            ));
+        }
+    }
+    sentences
 }

@@ -19,9 +19,9 @@ pub(super) struct Panels<'a> {
 
 pub(super) fn drawn(panels: &Panels<'_>) -> Image {
     let cells = [
-        (panels.image, "the picture"),
+        (panels.image, "the image"),
         (panels.masks, "what was found in it"),
-        (panels.top_view, "the picture, rectified from above"),
+        (panels.top_view, "the image, rectified from above"),
         (panels.scene, "the finished scene from the same camera"),
         (panels.agreement, "both (green), missed (red), invented (blue)"),
         (panels.above, "the finished scene from above"),

@@ -131,6 +131,7 @@ pub(in crate::pipeline) fn sound() -> Planted {
         seen_as: None,
         seen_like: None,
         mass_kg: None,
+        stand_in: None,
     };
     let yaw = rotate::Output {
         yaw_rad: 0.3,
@@ -180,6 +181,7 @@ pub(in crate::pipeline) fn sound() -> Planted {
                 camera_is: CameraKnowledge::Known,
                 table,
                 objects: ids.iter().map(object).collect(),
+                left_out_px: Vec::new(),
             }),
             masks: ids
                 .iter()

@@ -15,7 +15,6 @@ use crate::pipeline::preview;
 use crate::pipeline::preview::{PreviewBody, Studio};
 use crate::pipeline::rehearse::ObjectGrasps;
 use crate::pipeline::resolve::Loaded;
-use catalog::stand_in::is_stand_in;
 use catalog::{made_of, wikidata_item};
 use export::archive::zip_derived_bundle;
 use export::{Assets, BodyAsset, BundleFile, Images, write_formats, zip_bundle};
@@ -26,9 +25,7 @@ use imaging::{Image, Mask};
 use render::annotate::{fitted, side_by_side};
 use scene::finished::Frame;
 use scene::instance::ImageRegion;
-use scene::{
-    Certificate, Instance, InstanceId, RecognizedObject, ReconstructionMethod, Scene, Support, Table,
-};
+use scene::{Certificate, Instance, InstanceId, RecognizedObject, Scene, Support, Table};
 use vision::image_similarity::{SceneSimilarity, compare};
 
 /// Images of the scene, and how much they are like the reference image.
@@ -230,9 +227,7 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
             name: InstanceId::new(&body.resolved.name).map_err(invalid)?,
             label: object.label.clone(),
             category: object.category.clone(),
-            // The mesh of a recognized object may also come from its image.
-            stand_in: inputs.composition.methods[index] == ReconstructionMethod::Category
-                && is_stand_in(&object.category),
+            stand_in: object.stand_in.clone(),
             image: ImageRegion {
                 bbox_px: inputs.composition.masks[index].visible.bbox_px().unwrap_or_default(),
             },

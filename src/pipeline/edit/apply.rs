@@ -7,13 +7,13 @@ use serde::Serialize;
 
 use super::draft::{Draft, load as load_geometry};
 use super::operations::{NewTable, OperationInputs, carry_out, color_named, material_named};
-use super::{Additions, refused, view};
+use super::{Additions, account, refused, view};
 use crate::pipeline::checkpoint::Stage;
 use crate::pipeline::composition::Composition;
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview::PreviewSettings;
 use crate::pipeline::resolve::{Loaded, load};
-use crate::pipeline::{Context, Settings, artifact_io};
+use crate::pipeline::{Context, Settings, artifact_io, task_scene};
 use editing::RestSettings;
 use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
@@ -22,7 +22,7 @@ use runtime::seed::child_seed;
 use scene::edit::{EditAccount, OperationResult};
 use scene::{EditOperation, InstanceId, SupportRelation};
 
-pub const STAGE: Stage = Stage { name: "edit", version: 6 };
+pub const STAGE: Stage = Stage { name: "edit", version: 7 };
 
 /// What is done to the parent.
 #[derive(Serialize)]
@@ -103,6 +103,8 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, S
         })?;
     let mut composition = composition;
     composition.image = artifact_io::put_image(&context, "reference.png", image).await?;
+    // They are regions of the parent's image.
+    Arc::make_mut(&mut composition.recognition).left_out_px.clear();
     composition.masks = masks;
     context.put_json("account.json", &composition.edit).await?;
     Ok(composition)
@@ -181,6 +183,7 @@ fn carry_out_all(
             seed: child_seed(inputs.plan.seed, &format!("edit {index}")),
         };
         let before = inputs.plan.is_drawn.then(|| draft.clone());
+        let seen_before = account::Before::of(&draft);
         let done = carry_out(&mut draft, operation, given).and_then(|done| match &before {
             Some(before) if supports(before) != supports(&draft) => {
                 Err("something would come to rest on something else".to_owned())
@@ -190,7 +193,12 @@ fn carry_out_all(
         // A cancelled simulation is no refusal.
         cancel.check()?;
         match (done, before) {
-            (Ok(done), _) => results.push(done),
+            (Ok(done), _) => {
+                let text = draft.composition.account.take();
+                draft.composition.account =
+                    text.map(|text| account::after(text, operation, &done, &seen_before, &draft));
+                results.push(done);
+            }
             (Err(why), Some(before)) => {
                 draft = before;
                 results.push(left_out(operation, &why));
@@ -204,6 +212,14 @@ fn carry_out_all(
         StageError::permanent("edit_refused", format!("after all operations {why}; nothing was changed"))
     })?;
     let (mut composition, loaded, changed, moved) = draft.finish();
+    if let Some(mut text) = composition.account.take() {
+        text.of_scene.get_or_insert_with(|| inputs.plan.parent_id.clone());
+        let has_goal = text.goal.is_some();
+        composition.account = Some(match task_scene::described(&composition, &loaded) {
+            Ok(scene) if has_goal => account::without_reached_goal(text, &scene),
+            _ => text,
+        });
+    }
     composition.edit =
         Some(EditAccount { parent: inputs.plan.parent_id.clone(), operations: results, moved });
     composition.resolve = scene::certificate::ResolveFinding {

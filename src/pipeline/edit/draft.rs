@@ -160,6 +160,7 @@ impl<'a> Draft<'a> {
                 name: recognized.id.clone(),
                 label: recognized.label.clone(),
                 category: recognized.category.clone(),
+                stand_in: recognized.stand_in.is_some(),
                 color: recolor::main_color(&geometry.mesh),
                 material: recognized.material.clone(),
                 size_m: geometry.mesh.size_m(),

@@ -12,7 +12,7 @@ use crate::pipeline::error::StageError;
 use export::archive::wanted_files;
 use store::Digest;
 
-pub const STAGE: Stage = Stage { name: "parent", version: 1 };
+pub const STAGE: Stage = Stage { name: "parent", version: 2 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -3,7 +3,7 @@
 //! Everything that a variant changes is an ordinary operation, so that its account says in words what differs from the
 //! parent. What a text states of an object is left as it is.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use rand::RngExt;
 
@@ -50,7 +50,7 @@ pub(super) fn drawn(parent: &Composition, randomize: &Randomize, seed: u64) -> V
     if randomize.meshes {
         each(&mut operations, &|object| {
             let is_free = !KEEPS_MESH.iter().any(|property| stated.says(&object.id, property));
-            let is_known = visible_category(object).is_some() && !stated.is_stand_in(&object.id);
+            let is_known = visible_category(object).is_some() && object.stand_in.is_none();
             (is_free && is_known && object.tipped.is_none())
                 .then(|| EditOperation::Remake { target: object.id.to_string() })
         });
@@ -149,18 +149,13 @@ fn drawn_material(object: &RecognizedObject, rng: &mut Rng) -> Option<String> {
 /// What the text of the scene states, which no variant changes.
 struct Stated {
     properties: BTreeMap<InstanceId, BTreeMap<String, String>>,
-    stand_ins: BTreeSet<InstanceId>,
     /// Whether it says what the table is made of, or its color.
     table: bool,
 }
 
 impl Stated {
     fn of(scene: &Composition) -> Self {
-        let mut stated = Self {
-            properties: BTreeMap::new(),
-            stand_ins: scene.account.iter().flat_map(|account| &account.stand_ins).cloned().collect(),
-            table: false,
-        };
+        let mut stated = Self { properties: BTreeMap::new(), table: false };
         for understood in scene.account.iter().flat_map(|account| &account.understood) {
             match &understood.meaning {
                 TextMeaning::Property { property, value, objects } => {
@@ -183,14 +178,10 @@ impl Stated {
     fn color(&self, object: &InstanceId) -> Option<String> {
         self.properties.get(object)?.get("color").cloned()
     }
-
-    fn is_stand_in(&self, object: &InstanceId) -> bool {
-        self.stand_ins.contains(object)
-    }
 }
 
 /// Whether words about a table name a color or a material.
-fn states_finish(words: &str) -> bool {
+pub(super) fn states_finish(words: &str) -> bool {
     let words = words.split(|c: char| !c.is_alphanumeric()).map(str::to_lowercase);
     let is_finish = |word: &str| TABLE_MATERIALS.contains(&word);
     words

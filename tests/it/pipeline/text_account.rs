@@ -46,6 +46,12 @@ fn the_account_of_a_text_reaches_every_reader() {
     let sextant = scene["instances"].as_array().unwrap().iter().find(|object| object["name"] == "sextant_1");
     let sextant = sextant.expect("an instance");
     assert_eq!((&sextant["label"], &sextant["stand_in"]), (&json!("sextant"), &json!(true)));
+    assert_eq!(sextant["stands_for"], "sextant");
+    let counted = "1 of 5 objects is a stand-in.";
+    let verdict = report["summary"].as_str().unwrap();
+    assert!(verdict.ends_with(counted), "{verdict}");
+    assert_eq!(document["summary"]["verdict_text"], verdict);
+    assert!(read("report.html").contains(counted) && printed.contains(counted));
     assert!(read("mjcf/scene.xml").contains("<text name=\"stand_in_sextant_1\" data=\"true\"/>"));
 
     let page = read("report.html");

@@ -72,6 +72,7 @@ static GLASS: LazyLock<UprightQuestion> = LazyLock::new(|| {
             seen_as: None,
             seen_like: None,
             mass_kg: None,
+            stand_in: None,
         },
         camera,
         completion: Completion {

@@ -130,6 +130,7 @@ pub fn view_from_above() -> TopViewRequest {
             seed: 1,
         },
         objects: Vec::new(),
+        left_out_px: Vec::new(),
     };
     TopViewRequest {
         reference: half_hidden_ball().reference,
@@ -168,6 +169,7 @@ pub fn half_hidden_ball() -> CompletionRequest {
             seen_as: None,
             seen_like: None,
             mass_kg: None,
+            stand_in: None,
             seed: 1,
         },
         visible,

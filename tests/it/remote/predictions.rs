@@ -110,6 +110,7 @@ pub fn request() -> ReconstructionRequest {
             seen_as: None,
             seen_like: None,
             mass_kg: None,
+            stand_in: None,
         },
         completion: Completion {
             image: Image::filled(40, 100, [60, 160, 80, 255]),

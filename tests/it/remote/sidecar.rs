@@ -70,6 +70,7 @@ fn recognition() -> Recognition {
         seen_as: None,
         seen_like: None,
         mass_kg: None,
+        stand_in: None,
     };
     Recognition {
         camera: Camera::orbit(80, 60, 0.6, DVec3::ZERO, 0.0, 0.7, 2.0),
@@ -89,6 +90,7 @@ fn recognition() -> Recognition {
             object("mug_1", "mug", LEFT_MUG),
             object("mug_2", "mug", RIGHT_MUG),
         ],
+        left_out_px: Vec::new(),
     }
 }
 

@@ -179,7 +179,7 @@ fn ends_with_noun(label: &str, noun: &str) -> bool {
 }
 
 fn is_category(object: &EditableObject, noun: &str) -> bool {
-    let named = !object.category.starts_with("stand_in_");
+    let named = !object.stand_in;
     named && ends_with_noun(&object.category.replace('_', " "), noun)
         || catalog::category(&object.category)
             .is_some_and(|category| named && ends_with_noun(&category.label, noun))

@@ -146,7 +146,7 @@ mod tests {
                 material: None,
                 seed: 1,
                 requested: true,
-                stand_in: false,
+                stand_in: None,
                 pose: RequestedPose::Upright,
                 yaw_rad: None,
                 position_m: None,

@@ -43,6 +43,7 @@ pub(super) fn image(
             camera_is: CameraKnowledge::Known,
             table: table.recognized.clone(),
             objects: objects.iter().map(recognized).collect(),
+            left_out_px: Vec::new(),
         },
         masks,
         mask_edges: MaskEdges::Sharp,
@@ -73,6 +74,7 @@ fn recognized(object: &SceneObject) -> RecognizedObject {
         seen_as: None,
         seen_like: None,
         mass_kg: spec.mass_kg,
+        stand_in: spec.stand_in.clone(),
     }
 }
 

@@ -46,7 +46,7 @@ fn object(name: &str) -> ObjectSpec {
         material: None,
         seed: 1,
         requested: true,
-        stand_in: false,
+        stand_in: None,
         pose: RequestedPose::Upright,
         yaw_rad: None,
         position_m: None,

@@ -102,6 +102,7 @@ pub fn recognize(
                 seen_as: Some(object.solid.clone()),
                 seen_like,
                 mass_kg: None,
+                stand_in: None,
             }
         })
         .collect();
@@ -122,6 +123,7 @@ pub fn recognize(
             seed: child_seed(seed, "table"),
         },
         objects,
+        left_out_px: Vec::new(),
     };
     if let Some(hints) = hints {
         hints.apply(&mut recognition);

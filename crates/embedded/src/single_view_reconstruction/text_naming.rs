@@ -84,7 +84,7 @@ fn kinds_of(named: &[NamedObject]) -> (Vec<NamedKind>, Vec<category_fit::NamedOb
             low_m: object.size_m * (1.0 - spread),
             high_m: object.size_m * (1.0 + spread),
         };
-        let size = match (object.size_is_stated, object.stand_in) {
+        let size = match (object.size_is_stated, object.stand_in.is_some()) {
             (true, _) => around(STATED_SPREAD),
             (false, true) => around(STAND_IN_SPREAD),
             (false, false) => category.size,

@@ -10,7 +10,7 @@ use geometry::Rgb;
 use runtime::seed::child_seed;
 use scene::description::RequestedPose;
 use scene::request::MAX_SEED;
-use scene::{InstanceId, ObjectSpec, Relation, RelationKind};
+use scene::{InstanceId, ObjectSpec, Relation, RelationKind, StandIn};
 
 /// A relation to another object by index; `None` is the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +44,12 @@ impl<'c> Kind<'c> {
     /// The kind as a stand-in for what the noun names.
     pub fn standing_in_for(self, noun: &str) -> Self {
         Self { stand_in: self.stand_in.or_else(|| Some((noun.to_owned(), None))), ..self }
+    }
+
+    /// The mark of its objects, where it is a stand-in.
+    fn mark(&self) -> Option<StandIn> {
+        let (noun, _) = self.stand_in.as_ref()?;
+        Some(StandIn { stands_for: noun.clone(), shown_as: self.category.label.clone() })
     }
 
     /// First part of the ids of its objects.
@@ -207,7 +213,7 @@ impl<'a, 'c> Draft<'a, 'c> {
                     .clone()
                     .and_then(|(_, substance)| substance)),
                 requested: object.requested,
-                stand_in: object.kind.stand_in.is_some(),
+                stand_in: object.kind.mark(),
                 pose: object.pose,
                 yaw_rad: object.yaw_rad,
                 position_m: object.position_m,

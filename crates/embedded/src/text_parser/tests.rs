@@ -8,6 +8,7 @@ mod goals;
 mod kinds;
 mod names;
 mod narrated;
+mod stand_ins;
 
 use super::*;
 

@@ -37,9 +37,9 @@ pub fn write(report: &Report<'_>) -> String {
         sections::objects::write(page, report, &images);
     });
     section(&mut page, "Meshes and hulls", |page| sections::bodies::write(page, report));
-    section(&mut page, "Likeness to the picture", |page| {
-        let caption = "The reference picture; the scene from its camera; where both show objects (green), what the scene misses \
-                       (red) and what it invents (blue)";
+    section(&mut page, "Comparison with the reference image", |page| {
+        let caption = "The reference image; the scene from its camera; pixels that both show as objects (green), that the scene \
+                       misses (red) and that it invents (blue)";
         figure(page, images.beside.as_ref(), caption);
         sections::likeness::write(page, report);
     });
@@ -47,13 +47,13 @@ pub fn write(report: &Report<'_>) -> String {
         section(&mut page, "What a robot can do", |page| sections::robot::write(page, finding));
     }
     if let Some(appraisal) = &report.certificate.appraisal {
-        section(&mut page, "What a model thinks of it", |page| {
+        section(&mut page, "Ratings by a model", |page| {
             sections::appraisal::write(page, report, appraisal);
         });
     }
     section(&mut page, "Formats read back", |page| sections::formats::write(page, report));
     views(&mut page, &images);
-    section(&mut page, "Where it comes from", |page| sections::provenance::write(page, report));
+    section(&mut page, "Provenance", |page| sections::provenance::write(page, report));
     let page = page.finish();
     format!("<!DOCTYPE html>\n{page}")
 }
@@ -94,7 +94,7 @@ fn verdict(page: &mut Html, report: &Report<'_>) {
             page.close();
         }
         Input::Image { sha256, media_type, text } => {
-            let words = format!("made from a picture ({media_type}, SHA-256 {sha256})");
+            let words = format!("made from an image ({media_type}, SHA-256 {sha256})");
             page.leaf("p", &[("class", "asked")], &words);
             if let Some(text) = text {
                 page.open("blockquote", &[]);

@@ -1,7 +1,7 @@
 //! Reads the GLB files. The mesh of each body must be equal to the scene's; the nodes of the scene file must have the
 //! names and poses of the bodies, and its vertices the transformed positions.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
@@ -9,6 +9,7 @@ use serde::Deserialize;
 use crate::{Body, ExportError};
 use geometry::Pose;
 use mesh_io::gltf::{ROOT_ROTATION_XYZW, read_mesh_glb};
+use scene::StandIn;
 
 use super::{Files, MeshDeviation, ReadResult, Tolerances, angle_between_rad, ceil_to_power_of_ten, larger};
 
@@ -62,16 +63,16 @@ pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<MeshDeviation, Expo
     })
 }
 
-/// Names of the bodies that the scene file marks as stand-ins.
-pub fn stand_ins(files: &Files<'_>) -> ReadResult<BTreeSet<String>> {
-    let is_marked = |node: &Node| node.extras.as_ref().is_some_and(|extras| extras.stand_in);
-    Ok(nodes(files)?.into_iter().filter(|(_, node)| is_marked(node)).map(|(name, _)| name).collect())
+/// Marks of the bodies that the scene file has as stand-ins, by name.
+pub fn stand_ins(files: &Files<'_>) -> ReadResult<BTreeMap<String, StandIn>> {
+    let nodes = nodes(files)?.into_iter();
+    Ok(nodes.filter_map(|(name, node)| Some((name, node.extras?.stand_in?))).collect())
 }
 
-/// Whether a file marks its root as a stand-in.
-pub fn root_is_stand_in(files: &Files<'_>, path: &str) -> ReadResult<bool> {
+/// The mark of a file's root, where it is a stand-in.
+pub fn root_stand_in(files: &Files<'_>, path: &str) -> ReadResult<Option<StandIn>> {
     let document = document(files, path)?;
-    Ok(document.root()?.extras.as_ref().is_some_and(|extras| extras.stand_in))
+    Ok(document.root()?.extras.as_ref().and_then(|extras| extras.stand_in.clone()))
 }
 
 /// Labels of the bodies in the scene file, by name.
@@ -99,8 +100,8 @@ struct Node {
 #[derive(Deserialize)]
 struct Extras {
     label: String,
-    #[serde(default)]
-    stand_in: bool,
+    #[serde(flatten, with = "scene::stand_in::fields")]
+    stand_in: Option<StandIn>,
 }
 
 fn identity_rotation() -> [f64; 4] {

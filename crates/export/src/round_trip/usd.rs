@@ -11,6 +11,7 @@ use glam::{DQuat, DVec3};
 use zip::ZipArchive;
 
 use geometry::{Pose, SimpleSolid, SimpleSolidKind};
+use scene::StandIn;
 
 use super::{Files, ReadBody, ReadContact, ReadHull, ReadLabels, ReadResult, ReadScene, tensor};
 use crate_layer::CrateLayer;
@@ -214,7 +215,13 @@ fn read_prop(prop: &dyn Layer, name: &str, world_from_object: Pose, movable: boo
             label: prop.field(&root, "displayName")?.unwrap_or_default(),
             category: word("semantics:labels:class")?,
             wikidata_item: word("semantics:labels:wikidata_qcode")?,
-            stand_in: prop.numbers(&root, "tabletopgen:stand_in")? == Some(vec![1.0]),
+            stand_in: match prop.numbers(&root, "tabletopgen:stand_in")?.as_deref() {
+                Some([1.0]) => Some(StandIn {
+                    stands_for: prop.text(&root, "tabletopgen:stands_for")?.unwrap_or_default(),
+                    shown_as: prop.text(&root, "tabletopgen:shown_as")?.unwrap_or_default(),
+                }),
+                _ => None,
+            },
         }),
     })
 }

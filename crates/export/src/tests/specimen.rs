@@ -20,11 +20,11 @@ use scene::grasps::{GraspFile, GraspRecord, GraspVerdict};
 use scene::instance::{ImageRegion, SupportRelation};
 use scene::predicates::{Unmet, UnmetDemand};
 use scene::request::RequestOptions;
-use scene::text_account::TextAccount;
+use scene::text_account::{ChangedPart, TextAccount};
 use scene::{
     Certificate, Goal, GoalPredicate, Input, Instance, InstanceId, PredicateKind, Provenance,
-    ReconstructionMethod, RelationKind, Scene, SceneRequest, Support, Table, TableShape, TextMeaning,
-    TextSpan, Understood, Unrecognized, UnrecognizedReason,
+    ReconstructionMethod, RelationKind, Scene, SceneRequest, StandIn, Support, Table, TableShape,
+    TextMeaning, TextSpan, Understood, Unrecognized, UnrecognizedReason,
 };
 
 use crate::{Assets, BodyAsset, BundleFile, ExportSettings, Images, UrdfPaths, UsdForm, write_formats};
@@ -156,7 +156,8 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
             name: InstanceId::new(name).expect("a name"),
             label: label.into(),
             category: category.into(),
-            stand_in: name == "box_1",
+            stand_in: (name == "box_1")
+                .then(|| StandIn { stands_for: "pencil case".into(), shown_as: "box".into() }),
             image: ImageRegion { bbox_px: [10, 20, 200, 180] },
             world_from_object: pose,
             yaw_rad: pose.yaw_rad(),
@@ -281,6 +282,8 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
             rest_rotation_rad: 0.0349,
             outline_m: 0.001,
             silhouette_iou: 0.3,
+            missed_share: 0.4,
+            invented_share: 0.4,
             health: HealthThresholds {
                 hull_excess_m: 0.05,
                 uncovered_m: 0.01,
@@ -292,6 +295,8 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
             },
         },
         fidelity: Fidelity {
+            is_judged: true,
+            left_out_px: vec![[1, 2, 30, 40]],
             silhouette_iou: 0.9,
             color_difference: Some(6.5),
             missed: Regions {
@@ -378,6 +383,11 @@ fn account() -> TextAccount {
                 targets: vec![id("box_1")],
                 distance_m: Some(0.2),
             },
+        }],
+        of_scene: Some("00112233445566778899".into()),
+        changed: vec![ChangedPart {
+            span: TextSpan { start: 40, end: 46, text: "teapot".into() },
+            by: "removed teapot_1".into(),
         }],
     }
 }

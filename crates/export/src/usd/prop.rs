@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use crate::body::STAND_IN;
 use crate::number::direction;
 use crate::{Body, ExportSettings};
 use geometry::parallel_grasp::ParallelGrasp;
@@ -20,9 +21,6 @@ use super::material::{display_color, materials};
 use super::prim_names::{COLLIDERS, MATERIALS, PHYSICS_MATERIAL, VISUAL, hull_name};
 use super::simulator_schemas::Simulator;
 use super::value::{Dictionary, Quaternion, Value};
-
-/// Attribute of the root that marks a stand-in.
-const STAND_IN: &str = "tabletopgen:stand_in";
 
 /// The layer of one body.
 pub fn prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> Layer {
@@ -45,8 +43,9 @@ pub fn prop(scene: &Scene, body: &Body, settings: &ExportSettings) -> Layer {
     root.set("physics:rigidBodyEnabled", Value::Bool(true));
     root.set("semantics:labels:class", Value::tokens(&[&body.category]));
     root.set("semantics:labels:wikidata_qcode", Value::tokens(&[&body.wikidata_item]));
-    if body.stand_in {
-        root.set_custom(STAND_IN, Value::Bool(true));
+    for (mark, value) in body.marks() {
+        let value = if mark == STAND_IN { Value::Bool(true) } else { Value::string(value) };
+        root.set_custom(&format!("tabletopgen:{mark}"), value);
     }
     root.variant_sets = Simulator::ALL.map(Simulator::variant_set).into();
     root.add(visual(body));

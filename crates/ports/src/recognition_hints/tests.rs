@@ -52,7 +52,7 @@ fn hints_keep_named_objects_with_their_properties() {
         (mug.mass_kg, mug.material.as_deref(), mug.color),
         (Some(0.3), Some("steel"), Some(Rgb([1.0, 0.0, 0.0])))
     );
-    assert!(mango.stand_in && !mug.stand_in);
+    assert!(mango.stand_in.is_some() && mug.stand_in.is_none());
     let bowl = InstanceId::new("bowl_1").expect("a name");
     assert_eq!(mango.supporter, Some((SupportRelation::In, bowl)));
     // A theme's filling supports nothing, and "left of" is no support.

@@ -342,7 +342,7 @@ fn objects_of(answers: &[AnswerObject], seed: u64, complaints: &mut Complaints) 
             material: answer.material.clone(),
             seed: child_seed(seed, ids[index].as_str()) & MAX_SEED,
             requested: answer.requested,
-            stand_in: false,
+            stand_in: None,
             pose: RequestedPose::Upright,
             yaw_rad: None,
             position_m: None,

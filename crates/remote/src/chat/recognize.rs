@@ -197,8 +197,10 @@ pub(super) async fn recognize(
                 seen_as: None,
                 seen_like: None,
                 mass_kg: None,
+                stand_in: None,
             })
             .collect(),
+        left_out_px: Vec::new(),
     };
     if let Some(hints) = hints {
         hints.apply(&mut recognition);
@@ -212,7 +214,7 @@ fn question(hints: Option<&RecognitionHints>) -> (&'static Prompt, Value) {
     let Some(hints) = hints else { return (&prompts().recognize, json!({ "question": asked })) };
     let object = |named: &NamedObject| {
         // Models know the categories of the schema, not those of stand-ins.
-        let category = if named.stand_in { UNNAMED_CATEGORY } else { &named.category };
+        let category = if named.stand_in.is_some() { UNNAMED_CATEGORY } else { &named.category };
         let mut object = json!({ "name": named.id, "label": named.label, "category": category });
         if let Some(color) = named.color {
             let [r, g, b, _] = color.to_rgba8();

@@ -178,7 +178,7 @@ mod tests {
             material: Some("ceramic".into()),
             seed: 1,
             requested: true,
-            stand_in: false,
+            stand_in: None,
             pose: scene::RequestedPose::Upright,
             yaw_rad: None,
             position_m: None,

@@ -82,6 +82,7 @@ mod tests {
             seen_as: None,
             seen_like: None,
             mass_kg: None,
+            stand_in: None,
         }
     }
 

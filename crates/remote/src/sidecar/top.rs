@@ -93,6 +93,7 @@ mod tests {
                 seen_as: None,
                 seen_like: None,
                 mass_kg: None,
+                stand_in: None,
             }
         };
         Recognition {
@@ -109,6 +110,7 @@ mod tests {
                 seed: 1,
             },
             objects: vec![object("mug_1", 0.3), object("mug_2", -0.3)],
+            left_out_px: Vec::new(),
         }
     }
 

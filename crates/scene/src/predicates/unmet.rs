@@ -19,6 +19,17 @@ pub struct Unmet {
     pub demand: UnmetDemand,
 }
 
+impl Unmet {
+    /// Every object that the demand names.
+    pub fn names(&self) -> impl Iterator<Item = &InstanceId> {
+        let targets = match &self.demand {
+            UnmetDemand::Relation { targets, .. } => targets.as_slice(),
+            _ => &[],
+        };
+        self.objects.iter().chain(targets)
+    }
+}
+
 /// The kind of a demand.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]

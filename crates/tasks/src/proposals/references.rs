@@ -68,7 +68,7 @@ impl References {
 /// What the object is called, without a color.
 fn noun_of(object: &EditableObject) -> String {
     match category(&object.category) {
-        Some(category) if !category.name.starts_with("stand_in") => category.label.clone(),
+        Some(category) if !object.stand_in => category.label.clone(),
         _ => object.label.to_lowercase(),
     }
 }

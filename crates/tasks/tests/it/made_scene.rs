@@ -61,6 +61,7 @@ pub fn made_scene() -> TaskScene {
             name: object.name.clone(),
             label: label.to_owned(),
             category: category.to_owned(),
+            stand_in: category.starts_with("stand_in_"),
             color: Some(Rgb::hex(color)),
             material: Some(material.to_owned()),
             size_m,

@@ -53,7 +53,7 @@ fn names_denote_their_category_or_a_marked_stand_in() {
             Ok(description) => {
                 let objects = description.objects.iter().filter(|object| object.requested);
                 let described = |object: &scene::ObjectSpec| {
-                    format!("{}{}", object.category, if object.stand_in { "*" } else { "" })
+                    format!("{}{}", object.category, if object.stand_in.is_some() { "*" } else { "" })
                 };
                 objects.map(described).collect::<Vec<_>>().join(", ")
             }

@@ -16,7 +16,7 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
         .map(|format| format.translation_m.max(format.hull_corner_m).max(format.center_of_mass_m))
         .fold(parity.glb.vertex_m, f64::max);
     rows.push(vec![
-        Cell::Words("Every format tells the same scene".into()),
+        Cell::Words("Every format has the same bodies".into()),
         Cell::Words(format!("5 formats, lengths differ by {} m", at_most(worst))),
         Cell::Words(tolerance.into()),
         Cell::Mark(true),
@@ -91,7 +91,7 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
         row(
             report,
             ReasonCode::Collision,
-            "Nothing collides (Col_S, Col_O)",
+            "No pair of bodies collides (Col_S, Col_O)",
             format!(
                 "{} of {} pairs ({}){depth}",
                 certificate.collisions.len(),
@@ -107,7 +107,7 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
         row(
             report,
             ReasonCode::NotSupported,
-            "Everything is carried from below (SS)",
+            "Every object is supported from below (SS)",
             format!("{} ({}){margin}", of(supported), percent(metrics.ss)),
             format!(
                 "center of mass above the contacts (gaps up to {}), widened by {}",
@@ -115,7 +115,7 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
                 mm(limits.support_dilation_m)
             ),
         ),
-        row(report, ReasonCode::NotAtRest, "Everything stays where it is", rest, rest_asked),
+        row(report, ReasonCode::NotAtRest, "Every object rests under gravity", rest, rest_asked),
         report_only("Dynamic stability (DSS as shipped)", stays(metrics.dss_shipped), &dss),
         report_only(
             "The same from the aligned poses (DSS as aligned)",
@@ -125,7 +125,7 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
         row(
             report,
             ReasonCode::OverTheEdge,
-            "Everything is on the table",
+            "No object reaches over the edge of the table",
             format!("{}{edge}", of(inside)),
             format!("no hull reaches over the outline by more than {}", mm(limits.outline_m)),
         ),
@@ -187,7 +187,7 @@ fn bodies(report: &Report<'_>) -> Vec<Vec<Cell>> {
         ),
         // Without it there is no certificate.
         vec![
-            Cell::Words("Sizes are those of things on tables".into()),
+            Cell::Words("Longest sides are those of objects on tables".into()),
             Cell::Words(format!("longest sides {}", between(sides, "m"))),
             Cell::Words(between(pair(limits.longest_side_m), "m")),
             Cell::Mark(true),
@@ -195,14 +195,14 @@ fn bodies(report: &Report<'_>) -> Vec<Vec<Cell>> {
         row(
             report,
             ReasonCode::ImplausibleDensity,
-            "Masses are those of such volumes",
+            "Densities are those of solid objects",
             between(densities, "kg/m³"),
             between(pair(limits.density_kg_m3), "kg/m³"),
         ),
         row(
             report,
             ReasonCode::ImplausibleFriction,
-            "Friction is that of surfaces",
+            "Friction coefficients are those of surfaces",
             format!("static {}", between(friction, "")),
             format!("0 to {}, dynamic no more than static", significant(limits.friction)),
         ),
@@ -212,46 +212,62 @@ fn bodies(report: &Report<'_>) -> Vec<Vec<Cell>> {
 fn likeness(report: &Report<'_>) -> Vec<Vec<Cell>> {
     let certificate = report.certificate;
     let fidelity = &certificate.fidelity;
-    let appearance = &fidelity.appearance;
+    let (appearance, limits) = (&fidelity.appearance, &certificate.thresholds);
+    let percent_of = |share: f64| percent((1e3 * share).round() / 1e3);
     let scale = match certificate.scale_error {
         Some(share) => format!("standard error {}", percent(share)),
         None => "given, or set by one object".to_owned(),
     };
+    // The three limits share one code; each row is judged by its own.
+    let judged = |check: &str, measured: String, limit: String, holds: bool| {
+        let limit = match fidelity.is_judged {
+            true => limit,
+            false => format!("{limit}, if the image were given; the program rendered this one"),
+        };
+        let verdict = if fidelity.is_judged { Cell::Mark(holds) } else { Cell::Words("reported".into()) };
+        vec![Cell::Words(check.to_owned()), Cell::Words(measured), Cell::Words(limit), verdict]
+    };
     vec![
-        row(
-            report,
-            ReasonCode::UnlikeImage,
-            "It looks like the picture (silhouettes)",
+        judged(
+            "Silhouettes agree with the reference image",
             format!("mean intersection over union {:.3}", fidelity.silhouette_iou),
-            format!("at least {}", certificate.thresholds.silhouette_iou),
+            format!("at least {}", limits.silhouette_iou),
+            fidelity.silhouette_iou >= limits.silhouette_iou,
+        ),
+        judged(
+            "The scene shows the objects of the reference image",
+            format!("{} of their pixels are missed", percent_of(fidelity.missed.share)),
+            format!("at most {}", percent(limits.missed_share)),
+            fidelity.missed.share <= limits.missed_share,
+        ),
+        judged(
+            "The reference image shows the objects of the scene",
+            format!("{} of their pixels are invented", percent_of(fidelity.invented.share)),
+            format!("at most {}", percent(limits.invented_share)),
+            fidelity.invented.share <= limits.invented_share,
         ),
         report_only(
-            "It looks like the picture (colors)",
+            "Colors where scene and reference image show the same object",
             match fidelity.color_difference {
                 Some(apart) => format!("mean CIELAB difference {apart:.1}"),
                 None => "no object shows in its place".to_owned(),
             },
-            "where both show the same object; the difference of their light is in it",
+            "the difference of their light is part of it",
         ),
+        report_only("Methods of reconstruction", methods(fidelity), "objects by method"),
         report_only(
-            "Regions of one picture only",
-            format!(
-                "{} of what the picture shows is missed, {} of what the scene shows is invented",
-                percent(fidelity.missed.share),
-                percent(fidelity.invented.share)
-            ),
-            "pixels of objects",
-        ),
-        report_only("Ways in which meshes were made", methods(fidelity), "objects by method"),
-        report_only(
-            "It looks like the picture (features)",
+            "Features of scene and reference image",
             format!("similarity {:.3}", appearance.similarity),
             &format!(
                 "scores of {} ({}) compare with each other only",
                 appearance.extractor, appearance.model
             ),
         ),
-        report_only("Sizes and boxes agree on the scale", scale, "how far they contradict each other"),
+        report_only(
+            "Sizes and boxes of the objects give the same scale",
+            scale,
+            "the disagreement of the objects",
+        ),
     ]
 }
 

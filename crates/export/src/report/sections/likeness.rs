@@ -24,15 +24,8 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
             Cell::Number(format!("{:.2}", rotation.confidence)),
         ]
     });
-    let head = [
-        "Object",
-        "Silhouette overlap",
-        "Color difference",
-        "Made as",
-        "Yaw found",
-        "Symmetry",
-        "Confidence",
-    ];
+    let head =
+        ["Object", "Silhouette overlap", "Color difference", "Method", "Yaw", "Symmetry", "Confidence"];
     page.table("", &head, rows.collect());
     let fidelity = &report.certificate.fidelity;
     let listed = |what: &'static str, regions: &Regions| {
@@ -49,7 +42,19 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
     };
     let mut regions = listed("missed", &fidelity.missed);
     regions.extend(listed("invented", &fidelity.invented));
+    let left_out = fidelity.left_out_px.iter().map(|[x0, y0, x1, y1]| {
+        let area_px = |width: u32, height: u32| f64::from(width) * f64::from(height);
+        let camera = &report.scene.camera;
+        let share = area_px(x1 - x0, y1 - y0) / area_px(camera.width_px, camera.height_px);
+        vec![
+            Cell::Words("left out: it does not stand on the table".to_owned()),
+            Cell::Words(String::new()),
+            Cell::Words(format!("{x0}, {y0} to {x1}, {y1}")),
+            Cell::Number(format!("{:.2} %", 100.0 * share)),
+        ]
+    });
+    regions.extend(left_out);
     if !regions.is_empty() {
-        page.table("", &["Region", "Object", "Pixels of the picture", "Of its area"], regions);
+        page.table("", &["Region", "Object", "Pixels of the image", "Of its area"], regions);
     }
 }

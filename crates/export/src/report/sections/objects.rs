@@ -4,6 +4,7 @@ use crate::report::Report;
 use crate::report::html::{Cell, Html};
 use crate::report::image::EmbeddedImages;
 use crate::report::numbers::{mm, movement, percent, word};
+use scene::StandIn;
 use scene::certificate::{Displacement, Displacements, ReasonCode, RelaxationKind};
 
 pub fn write(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {
@@ -53,7 +54,7 @@ pub fn write(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {
     page.table("", &head, rows.collect());
     let resolve = &report.certificate.resolve;
     if !resolve.gave_way.is_empty() {
-        page.leaf("h3", &[], "For which there was no room");
+        page.leaf("h3", &[], "Objects without room");
         let rows = resolve.gave_way.iter().map(|object| {
             let done = match &object.how {
                 RelaxationKind::Shrunk { scale } => {
@@ -101,11 +102,10 @@ fn cards(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {
         page.user_text(&instance.label);
         let is_filling =
             report.scene.text.as_ref().is_some_and(|text| text.fillings.contains(&instance.name));
-        for (is_marked, mark) in [(instance.stand_in, "stand-in"), (is_filling, "filling")] {
-            if is_marked {
-                page.text(" ");
-                page.leaf("span", &[("class", "note")], mark);
-            }
+        let filling = is_filling.then(|| "filling".to_owned());
+        for mark in instance.stand_in.as_ref().map(stand_in).into_iter().chain(filling) {
+            page.text(" ");
+            page.leaf("span", &[("class", "note")], &mark);
         }
         page.close();
         let relation = word(instance.support.relation);
@@ -120,6 +120,15 @@ fn cards(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {
         page.close();
     }
     (0..3).for_each(|_| page.close());
+}
+
+fn stand_in(mark: &StandIn) -> String {
+    match mark {
+        StandIn { stands_for, shown_as } if stands_for.is_empty() || shown_as.is_empty() => {
+            "stand-in".to_owned()
+        }
+        StandIn { stands_for, shown_as } => format!("stand-in for {stands_for}, shown as {shown_as}"),
+    }
 }
 
 fn fails(report: &Report<'_>, code: ReasonCode, name: &str) -> bool {

@@ -1,5 +1,5 @@
-//! The account of the text: the goal, what was understood, what was not, demands that the layout does not meet,
-//! stand-ins and fillings.
+//! The account of the text: the goal, what edits changed, what was understood, what was not, demands that the layout
+//! does not meet, stand-ins and fillings.
 
 use crate::report::Report;
 use crate::report::html::{Cell, Html};
@@ -16,6 +16,18 @@ pub fn write(page: &mut Html, report: &Report<'_>, account: &TextAccount) {
         page.close();
         let rows = goal.predicates.iter().map(|predicate| vec![Cell::Words(predicate.to_string())]);
         page.table("", &["Condition"], rows.collect());
+    }
+    if let Some(scene) = &account.of_scene {
+        let words = format!("The text is that of scene {scene}, from which edits made this one.");
+        page.leaf("p", &[], &words);
+    }
+    if !account.changed.is_empty() {
+        page.leaf("h3", &[], "Changed by edits");
+        let rows = account
+            .changed
+            .iter()
+            .map(|part| vec![Cell::UserText(part.span.text.clone()), Cell::Words(part.by.clone())]);
+        page.table("", &["Words", "What was done"], rows.collect());
     }
     if !account.unrecognized.is_empty() {
         page.leaf("h3", &[], "Without effect");
@@ -39,7 +51,7 @@ pub fn write(page: &mut Html, report: &Report<'_>, account: &TextAccount) {
         page,
         report,
         "Stand-ins",
-        "Plain shapes for objects that the catalog does not have.",
+        "The catalog does not have these objects; the list of objects says what stands in for each.",
         &account.stand_ins,
     );
     objects(

@@ -42,7 +42,7 @@ fn names_of_the_text_are_kept_and_not_given_twice() {
         id: InstanceId::new(name).expect("a name"),
         label: name.into(),
         category: "mug".into(),
-        stand_in: false,
+        stand_in: None,
         size_m: glam::DVec3::splat(0.1),
         size_is_stated: false,
         color: None,
