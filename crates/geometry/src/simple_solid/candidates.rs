@@ -52,9 +52,8 @@ pub(super) fn candidates(hull: &ConvexHull, facets: &[Facet]) -> Vec<SimpleSolid
         .collect();
     // The axis of a disk is the normal of its faces, that of a rod is across the normals of its sides.
     let crossed = |k: usize| largest[..k].iter().map(move |one| one.cross(largest[k]));
-    let across = (1..largest.len())
-        .flat_map(crossed)
-        .filter_map(|axis| (axis.length() > 0.01).then(|| axis.normalize()));
+    let across =
+        (1..largest.len()).flat_map(crossed).filter(|axis| axis.length() > 0.01).map(DVec3::normalize);
     let mut axes: Vec<DVec3> = Vec::new();
     for axis in largest.iter().copied().chain(across) {
         if axes.iter().all(|known| known.dot(axis).abs() < 1.0 - 1e-6) {

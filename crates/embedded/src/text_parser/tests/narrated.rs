@@ -104,7 +104,9 @@ fn goal_is(entry: &Narrated, description: &SceneDescription) -> Option<String> {
             format!("{kind} {} {target}", category(&predicate.object)).trim().to_owned()
         })
         // Steps on the way.
-        .filter(|stated| !["lifted ", "moved ", "out_of ", "off "].iter().any(|step| stated.starts_with(step)))
+        .filter(|stated| {
+            !["lifted ", "moved ", "out_of ", "off "].iter().any(|step| stated.starts_with(step))
+        })
         .collect();
     found.sort();
     let reports = |words: &String| {
