@@ -36,7 +36,7 @@ use crate::pipeline::checkpoint::StageRuntime;
 use crate::worker::{BuildScene, Worker};
 use runtime::CpuPool;
 use store::queue::control::QueueControl;
-use store::{Store, StoreError};
+use store::{Intent, Store, StoreError};
 
 /// Why the program could not start or go on.
 #[derive(Debug, thiserror::Error)]
@@ -64,9 +64,9 @@ impl AppError {
     }
 }
 
-/// Opens a data directory.
-pub async fn open(data_dir: &Path, config: &Config) -> Result<Store, AppError> {
-    Ok(Store::open(data_dir, &config.store).await?)
+/// Opens the store of a data directory, or of the settings.
+pub async fn open(data_dir: &Path, config: &Config, intent: Intent) -> Result<Store, AppError> {
+    Ok(Store::open(data_dir, &config.store, intent).await?)
 }
 
 /// The operator's connection to the queue, beside running processes.

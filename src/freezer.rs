@@ -9,6 +9,8 @@ mod request;
 mod sources;
 mod verification;
 mod versions;
+#[cfg(test)]
+mod tests;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,18 +19,17 @@ use std::time::Duration;
 
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
-use uuid::Uuid;
+use tokio_util::task::AbortOnDropHandle;
 
+use crate::worker::{Settings, backoff};
 use datasets::DatasetError;
-use store::datasets::{DatasetClaim, DatasetLease, DatasetTask, FreezeResult};
+use store::datasets::{AfterSetback, DatasetClaim, DatasetLease, DatasetTask, FreezeResult, Setback};
 use store::{Store, StoreError};
 
 pub use request::{DatasetRequest, DatasetSource};
 
 /// Folder of the work in a data directory.
 const FOLDER: &str = "datasets";
-/// Pause after the store failed.
-const PAUSE: Duration = Duration::from_secs(5);
 
 /// Why work on a dataset did not come to its end.
 #[derive(Debug, thiserror::Error)]
@@ -41,8 +42,21 @@ pub(crate) enum FreezeError {
     File { attempt: &'static str, path: PathBuf, source: std::io::Error },
     #[error("{0}")]
     Request(String),
+    #[error("a bug stopped the work on this dataset; the server's log has the details")]
+    Panicked,
     /// The process ends, or another one has the lease.
     #[error("the work was given up")]
+    GivenUp,
+}
+
+/// What follows when work did not come to its end.
+#[derive(Debug, PartialEq, Eq)]
+enum Verdict {
+    /// The same again would fail again.
+    Refused { code: &'static str, message: String },
+    /// It is tried again, by the rules of jobs: what storage could not write burns no attempt.
+    Again { code: &'static str, charged: bool },
+    /// Another process may begin it again at once.
     GivenUp,
 }
 
@@ -52,16 +66,22 @@ impl FreezeError {
         move |source| Self::File { attempt, path, source }
     }
 
-    /// Code and message for clients; `None` where the work is to be begun again.
-    fn failure(&self) -> Option<(&'static str, String)> {
+    fn verdict(&self) -> Verdict {
+        let again = |code, charged| Verdict::Again { code, charged };
         match self {
-            Self::Store(_) | Self::File { .. } | Self::GivenUp | Self::Dataset(DatasetError::File { .. }) => {
-                None
+            Self::GivenUp | Self::Store(StoreError::DatasetLeaseLost { .. }) => Verdict::GivenUp,
+            Self::Panicked => again("internal_error", true),
+            Self::Store(error) => again("store_unavailable", error.outage().is_none()),
+            Self::File { source, .. } | Self::Dataset(DatasetError::File { source, .. }) => {
+                again("work_folder_unusable", source.kind() != std::io::ErrorKind::StorageFull)
             }
-            Self::Dataset(DatasetError::EmptySplits(message)) => Some(("empty_split", message.clone())),
-            Self::Dataset(DatasetError::Request(message)) => Some(("no_dataset", message.clone())),
-            Self::Dataset(error) => Some(("bundle_unusable", error.to_string())),
-            Self::Request(message) => Some(("no_dataset", message.clone())),
+            Self::Dataset(DatasetError::EmptySplits(message)) => {
+                Verdict::Refused { code: "empty_split", message: message.clone() }
+            }
+            Self::Dataset(DatasetError::Request(message)) | Self::Request(message) => {
+                Verdict::Refused { code: "no_dataset", message: message.clone() }
+            }
+            Self::Dataset(error) => Verdict::Refused { code: "bundle_unusable", message: error.to_string() },
         }
     }
 }
@@ -72,8 +92,7 @@ pub struct Freezer {
     store: Store,
     folder: PathBuf,
     owner: String,
-    lease: Duration,
-    poll: Duration,
+    settings: Arc<Settings>,
 }
 
 /// Steps of the work in progress, done and all.
@@ -93,9 +112,14 @@ impl Steps {
 }
 
 impl Freezer {
-    /// A freezer that works below `data_dir`. A dataset of a dead process is taken over after `lease`.
-    pub fn new(store: Store, data_dir: &Path, lease: Duration, poll: Duration) -> Self {
-        Self { store, folder: data_dir.join(FOLDER), owner: Uuid::new_v4().to_string(), lease, poll }
+    /// A freezer that works below `data_dir`, as the process `owner`. Leases, attempts, deaths and delays are those of
+    /// jobs.
+    pub fn new(store: Store, data_dir: &Path, owner: &str, settings: Arc<Settings>) -> Self {
+        Self { store, folder: data_dir.join(FOLDER), owner: owner.to_owned(), settings }
+    }
+
+    fn lease(&self) -> Duration {
+        Duration::from_secs(self.settings.lease_secs)
     }
 
     /// Works until `shutdown`.
@@ -103,7 +127,7 @@ impl Freezer {
         let mut changes = self.store.changes();
         while !shutdown.is_cancelled() {
             changes.mark_unchanged();
-            match self.store.claim_dataset(&self.owner, self.lease).await {
+            match self.store.claim_dataset(&self.owner, self.lease(), self.settings.max_deaths).await {
                 Ok(Some(claim)) => {
                     self.work(claim, &shutdown).await;
                     continue;
@@ -118,67 +142,98 @@ impl Freezer {
             tokio::select! {
                 () = shutdown.cancelled() => {}
                 _ = changes.changed() => {}
-                () = tokio::time::sleep(self.poll) => {}
+                () = tokio::time::sleep(Duration::from_millis(self.settings.poll_ms)) => {}
             }
         }
     }
 
     /// Works on one dataset, and writes down what came of it.
     async fn work(&self, claim: DatasetClaim, shutdown: &CancellationToken) {
-        let (lease, id) = (claim.lease.clone(), claim.lease.id.clone());
         let steps = Steps::default();
-        let folder = self.folder.join(id.as_str());
-        let task = async {
-            match claim.task {
-                DatasetTask::Freeze => self.freeze(&claim, &folder, &steps).await,
-                DatasetTask::Verify => self.verify(&claim, &folder, &steps).await,
+        let folder = self.folder.join(claim.lease.id.as_str());
+        let task = {
+            let (freezer, claim, folder, steps) =
+                (self.clone(), claim.clone(), folder.clone(), steps.clone());
+            async move {
+                match claim.task {
+                    DatasetTask::Freeze => freezer.freeze(&claim, &folder, &steps).await,
+                    DatasetTask::Verify => freezer.verify(&claim, &folder, &steps).await,
+                }
             }
         };
         let worked = tokio::select! {
-            worked = task => worked,
-            () = self.hold(&lease, &steps) => Err(FreezeError::GivenUp),
+            worked = guarded(task) => worked,
+            () = self.hold(&claim.lease, &steps) => Err(FreezeError::GivenUp),
             () = shutdown.cancelled() => Err(FreezeError::GivenUp),
         };
-        let ended = match worked {
-            Ok(()) => Ok(()),
-            Err(error) => match (error.failure(), claim.task) {
-                (Some((code, message)), DatasetTask::Freeze) => {
-                    tracing::info!(dataset_id = %id, code, message, "a dataset cannot be frozen");
-                    let result = FreezeResult::Failed { code: code.to_owned(), message };
-                    self.store.finish_freeze(&lease, result).await
-                }
-                _ => {
-                    if !matches!(error, FreezeError::GivenUp) {
-                        let error = runtime::error_chain(&error);
-                        tracing::error!(dataset_id = %id, error, "work on a dataset broke off; it is begun again");
-                        tokio::time::sleep(PAUSE).await;
-                    }
-                    // What was copied so far is used again.
-                    return self.release(&lease).await;
-                }
-            },
+        self.conclude(&claim, &folder, worked).await;
+    }
+
+    /// Writes down what came of the work.
+    async fn conclude(&self, claim: &DatasetClaim, folder: &Path, worked: Result<(), FreezeError>) {
+        let Err(error) = worked else { return remove(folder) };
+        let (lease, id) = (&claim.lease, &claim.lease.id);
+        let is_over = match (error.verdict(), claim.task) {
+            (Verdict::Refused { code, message }, DatasetTask::Freeze) => {
+                tracing::info!(dataset_id = %id, code, message, "a dataset cannot be frozen");
+                let result = FreezeResult::Failed { code: code.to_owned(), message };
+                self.store.finish_freeze(lease, result).await.map(|()| true)
+            }
+            (Verdict::Refused { code, .. }, DatasetTask::Verify) => {
+                self.set_back(claim, &error, code, true).await
+            }
+            (Verdict::Again { code, charged }, _) => self.set_back(claim, &error, code, charged).await,
+            (Verdict::GivenUp, _) => self.store.release_dataset(lease).await.map(|()| false),
         };
-        if let Err(error) = ended {
-            tracing::warn!(dataset_id = %id, error = error.chain(), "the end of a dataset was not recorded");
-        }
-        if folder.exists()
-            && let Err(error) = std::fs::remove_dir_all(&folder)
-        {
-            tracing::warn!(%error, folder = %folder.display(), "a work folder was not removed; remove it");
+        match is_over {
+            Ok(true) => remove(folder),
+            // What was copied so far is used again.
+            Ok(false) => {}
+            Err(error) => {
+                tracing::warn!(
+                    dataset_id = %id, error = error.chain(),
+                    "the end of work on a dataset was not recorded; its lease will run out"
+                );
+            }
         }
     }
 
-    async fn release(&self, lease: &DatasetLease) {
-        if let Err(error) = self.store.release_dataset(lease).await {
-            tracing::debug!(error = error.chain(), "a dataset was not given back; its lease will run out");
-        }
+    /// Writes down that an attempt failed; whether it was the last one.
+    async fn set_back(
+        &self,
+        claim: &DatasetClaim,
+        error: &FreezeError,
+        code: &'static str,
+        charged: bool,
+    ) -> Result<bool, StoreError> {
+        let delay = match charged {
+            true => backoff::full_delay(claim.attempt, &self.settings),
+            false => Duration::from_millis(self.settings.backoff_cap_ms),
+        };
+        let setback = Setback {
+            code,
+            message: error.to_string(),
+            delay,
+            charged,
+            max_attempts: self.settings.max_attempts,
+        };
+        let after = self.store.set_dataset_back(&claim.lease, setback).await?;
+        tracing::error!(
+            dataset_id = %claim.lease.id,
+            error = runtime::error_chain(error),
+            attempt = claim.attempt,
+            delay_secs = delay.as_secs_f32(),
+            is_last = after == AfterSetback::Ended,
+            "work on a dataset broke off; it is begun again unless this was the last attempt"
+        );
+        Ok(after == AfterSetback::Ended)
     }
 
     /// Renews the lease; returns when it is lost.
     async fn hold(&self, lease: &DatasetLease, steps: &Steps) {
         loop {
-            tokio::time::sleep(self.lease / 4).await;
-            match self.store.renew_dataset(lease, self.lease, steps.get()).await {
+            tokio::time::sleep(self.lease() / 4).await;
+            match self.store.renew_dataset(lease, self.lease(), steps.get()).await {
                 Ok(true) => {}
                 Ok(false) => return,
                 // The next renewal may succeed before the lease has run out.
@@ -187,6 +242,22 @@ impl Freezer {
                 }
             }
         }
+    }
+}
+
+/// Runs work in a task of its own, so that a panic is an outcome, not the end of the freezer.
+async fn guarded(
+    work: impl Future<Output = Result<(), FreezeError>> + Send + 'static,
+) -> Result<(), FreezeError> {
+    AbortOnDropHandle::new(tokio::spawn(work)).await.unwrap_or(Err(FreezeError::Panicked))
+}
+
+/// Removes the work folder of a dataset that needs it no more.
+fn remove(folder: &Path) {
+    if folder.exists()
+        && let Err(error) = std::fs::remove_dir_all(folder)
+    {
+        tracing::warn!(%error, folder = %folder.display(), "a work folder was not removed; remove it");
     }
 }
 
@@ -200,5 +271,6 @@ pub(crate) async fn apart<T: Send + 'static>(
         let _ = answer.send(work());
     });
     spawned.map_err(FreezeError::file("start a thread for", Path::new(FOLDER)))?;
-    result.await.unwrap_or(Err(FreezeError::GivenUp))
+    // The thread sends unless it panics.
+    result.await.unwrap_or(Err(FreezeError::Panicked))
 }

@@ -20,6 +20,9 @@ pub mod cli;
 // What the log and traces say about the work at hand.
 pub mod spans;
 
+// What keeps the loops of a process running.
+pub mod background;
+
 // 1. A request arrives.
 pub mod api;
 

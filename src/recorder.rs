@@ -18,7 +18,7 @@ use std::time::Duration;
 use serde_json::Value;
 use tokio::sync::{OnceCell, OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio_util::sync::CancellationToken;
-use uuid::Uuid;
+use tokio_util::task::AbortOnDropHandle;
 
 use demonstrations::Setup;
 use episodes::EpisodeError;
@@ -116,6 +116,7 @@ pub struct Recorder {
     owner: String,
     lease: Duration,
     poll: Duration,
+    max_deaths: u32,
     /// Attempts at a time.
     slots: Arc<Semaphore>,
     prepared: Arc<Mutex<VecDeque<(RecordingId, PreparedCell)>>>,
@@ -130,18 +131,27 @@ pub struct RecorderSettings {
     pub poll: Duration,
     /// Attempts at a time.
     pub attempts: usize,
+    /// Times that the process may die while it works on a recording alone, without a finished attempt between.
+    pub max_deaths: u32,
 }
 
 impl Recorder {
-    /// A recorder that works below `data_dir`.
-    pub fn new(store: Store, data_dir: &Path, prepare: Prepare, settings: RecorderSettings) -> Self {
+    /// A recorder that works below `data_dir`, as the process `owner`.
+    pub fn new(
+        store: Store,
+        data_dir: &Path,
+        prepare: Prepare,
+        owner: &str,
+        settings: RecorderSettings,
+    ) -> Self {
         Self {
             store,
             folder: data_dir.join(FOLDER),
             prepare,
-            owner: Uuid::new_v4().to_string(),
+            owner: owner.to_owned(),
             lease: settings.lease,
             poll: settings.poll,
+            max_deaths: settings.max_deaths,
             slots: Arc::new(Semaphore::new(settings.attempts.clamp(1, Semaphore::MAX_PERMITS))),
             prepared: Arc::default(),
         }
@@ -157,7 +167,7 @@ impl Recorder {
             };
             let Ok(slot) = slot else { return };
             changes.mark_unchanged();
-            match self.store.claim_recording(&self.owner, self.lease).await {
+            match self.store.claim_recording(&self.owner, self.lease, self.max_deaths).await {
                 Ok(Some(claim)) => {
                     let (recorder, shutdown) = (self.clone(), shutdown.clone());
                     tokio::spawn(async move { recorder.work(claim, Arc::new(slot), &shutdown).await });
@@ -245,6 +255,13 @@ impl Recorder {
         tracing::error!(recording_id = %id, error, "work on a recording broke off; it is begun again");
         tokio::time::sleep(PAUSE).await;
     }
+}
+
+/// Runs work in a task of its own, so that a panic is an outcome.
+async fn guarded(
+    work: impl Future<Output = Result<(), RecordError>> + Send + 'static,
+) -> Result<(), RecordError> {
+    AbortOnDropHandle::new(tokio::spawn(work)).await.unwrap_or(Err(RecordError::Panicked))
 }
 
 /// Runs work that blocks for long on a thread of its own, which the end of the process does not wait for. The slot is

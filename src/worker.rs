@@ -84,6 +84,11 @@ impl Worker {
         Self { store, runtime, build, settings: Arc::new(settings), owner: owner.into(), only: None }
     }
 
+    /// The name of this process in the rows that it holds.
+    pub fn owner(&self) -> &str {
+        &self.owner
+    }
+
     /// A worker that takes this job and leaves every other alone.
     pub fn only(mut self, job_id: &JobId) -> Self {
         self.only = Some(job_id.clone());

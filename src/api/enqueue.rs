@@ -97,7 +97,7 @@ pub(super) async fn enqueue_one(
     submission: Submission,
     idempotency_key: Option<String>,
 ) -> Result<Result<Enqueued, QueueFull>, Problem> {
-    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await? {
+    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await {
         return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
     }
     let budget_usd = api.settings.usual_budget_usd;

@@ -35,7 +35,7 @@ pub async fn readyz(State(api): State<Api>) -> Result<Response, Problem> {
         None => {}
         Some(Outage::Full) => return Err(Problem::storage_full()),
         Some(Outage::Other) => {
-            let detail = "the data directory cannot be written; the log says why";
+            let detail = "the database or the place of blobs takes no writes; the log says why";
             return Err(Problem::new(ProblemType::Unavailable, "store_unavailable", detail));
         }
     }

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use tokio_util::sync::CancellationToken;
 
+use crate::background::kept_running;
 use crate::config::Config;
 use store::batches::FeedRules;
 use store::{Store, StoreError};
@@ -22,7 +23,9 @@ pub fn start(store: &Store, config: &Config, shutdown: &CancellationToken) {
         counts_money: config.calls_remote_models(),
     };
     let poll = Duration::from_millis(config.worker.poll_ms);
-    tokio::spawn(feed_until_shutdown(store.clone(), rules, poll, shutdown.clone()));
+    let (store, shutdown) = (store.clone(), shutdown.clone());
+    let feed = move || feed_until_shutdown(store.clone(), rules.clone(), poll, shutdown.clone());
+    tokio::spawn(kept_running("feeder of batches", feed));
 }
 
 async fn feed_until_shutdown(store: Store, rules: FeedRules, poll: Duration, shutdown: CancellationToken) {

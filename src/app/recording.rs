@@ -12,12 +12,13 @@ use super::episodes::{EpisodesOrder, card, ordered, setup};
 use super::executions::TaskSource;
 use crate::api::Problem;
 use crate::api::episodes::{CheckEpisodes, CheckedEpisodes, EpisodesBody};
+use crate::background::kept_running;
 use crate::config::Resolved;
 use crate::recorder::{Preparation, Prepare, Recorder, RecorderSettings, Refusal};
 use store::Store;
 
-/// Records episodes from now on until `shutdown`, in a folder of `data_dir`.
-pub fn start(store: &Store, resolved: &Resolved, data_dir: &Path, shutdown: &CancellationToken) {
+/// Records episodes from now on until `shutdown`, in a folder of `data_dir`, as `owner`.
+pub fn start(store: &Store, resolved: &Resolved, data_dir: &Path, owner: &str, shutdown: &CancellationToken) {
     let worker = &resolved.config.worker;
     let attempts = match worker.cpu_threads {
         0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
@@ -27,9 +28,11 @@ pub fn start(store: &Store, resolved: &Resolved, data_dir: &Path, shutdown: &Can
         lease: Duration::from_secs(worker.lease_secs),
         poll: Duration::from_millis(worker.poll_ms),
         attempts,
+        max_deaths: worker.max_deaths,
     };
-    let recorder = Recorder::new(store.clone(), data_dir, prepare(resolved), settings);
-    tokio::spawn(recorder.run(shutdown.clone()));
+    let recorder = Recorder::new(store.clone(), data_dir, prepare(resolved), owner, settings);
+    let shutdown = shutdown.clone();
+    tokio::spawn(kept_running("recorder of episodes", move || recorder.clone().run(shutdown.clone())));
 }
 
 /// Checks orders of episodes, for the interface.

@@ -12,8 +12,8 @@ use super::{AppError, metrics};
 use crate::api;
 use crate::api::Api;
 use crate::config::Resolved;
-use crate::worker::BuildScene;
-use store::Store;
+use crate::worker::{BuildScene, Worker};
+use store::{Intent, Store};
 
 /// A running server. Dropping it does not stop it; [`Service::stop`] does.
 pub struct Service {
@@ -47,14 +47,11 @@ async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) 
     let config = &resolved.config;
     let listener = super::listening::bind(&config.server).await?;
     let address = address_of(&listener, &config.server.listen)?;
-    let store = super::open(data_dir, config).await?;
+    let store = super::open(data_dir, config, Intent::Create).await?;
     let worker = build.map(|build| super::worker(&store, config, build)).transpose()?;
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
-    if worker.is_some() {
-        super::upkeep::start(&store, config, &draining);
-        super::feeding::start(&store, config, &draining);
-        super::freezing::start(&store, config, data_dir, &draining);
-        super::recording::start(&store, resolved, data_dir, &draining);
+    if let Some(worker) = &worker {
+        start_background(resolved, data_dir, &store, worker, &draining);
     }
     let api = interface(resolved, &config.server, &store, &draining, &closing);
     let (router, settings, closed) = (api::router(api), config.server.clone(), closing.clone());
@@ -83,13 +80,10 @@ pub async fn start_worker(
         None => None,
     };
     let address = listener.as_ref().map(|bound| address_of(bound, &config.worker.listen)).transpose()?;
-    let store = super::open(data_dir, config).await?;
+    let store = super::open(data_dir, config, Intent::Create).await?;
     let worker = super::worker(&store, config, build)?;
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
-    super::upkeep::start(&store, config, &draining);
-    super::feeding::start(&store, config, &draining);
-    super::freezing::start(&store, config, data_dir, &draining);
-    super::recording::start(&store, resolved, data_dir, &draining);
+    start_background(resolved, data_dir, &store, &worker, &draining);
     let listener = listener.map(|listener| {
         let settings = api::Settings {
             listen: listen_on.unwrap_or_default().to_owned(),
@@ -133,6 +127,22 @@ impl WorkerService {
     pub async fn stop(self) -> Result<(), AppError> {
         self.process.stop().await
     }
+}
+
+/// Starts what a process with a worker does beside jobs, under the worker's name: it is blamed for the death of its process
+/// together with the jobs (see `store::deaths`).
+fn start_background(
+    resolved: &Resolved,
+    data_dir: &Path,
+    store: &Store,
+    worker: &Worker,
+    draining: &CancellationToken,
+) {
+    let config = &resolved.config;
+    super::upkeep::start(store, config, draining);
+    super::feeding::start(store, config, draining);
+    super::freezing::start(store, config, data_dir, worker.owner(), draining);
+    super::recording::start(store, resolved, data_dir, worker.owner(), draining);
 }
 
 fn address_of(listener: &TcpListener, stated: &str) -> Result<SocketAddr, AppError> {

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use tokio_util::sync::CancellationToken;
 
+use crate::background::kept_running;
 use crate::config::Config;
 use store::Store;
 use store::retention::RetentionSettings;
@@ -13,7 +14,9 @@ const FIRST_WAIT: Duration = Duration::from_secs(300);
 
 /// Sweeps from now on until `shutdown`.
 pub fn start(store: &Store, config: &Config, shutdown: &CancellationToken) {
-    tokio::spawn(sweep_regularly(store.clone(), config.store.retention.clone(), shutdown.clone()));
+    let (store, settings, shutdown) = (store.clone(), config.store.retention.clone(), shutdown.clone());
+    let sweep = move || sweep_regularly(store.clone(), settings.clone(), shutdown.clone());
+    tokio::spawn(kept_running("sweep", sweep));
 }
 
 /// Sweeps at the interval of the settings until the shutdown; returns at once if they want no sweeps.

@@ -38,6 +38,7 @@ use engine::{Ending, Engine};
 use records::Records;
 use report::Report;
 use source::Source;
+use store::Intent;
 
 /// Requests that are submitted ahead, for each one that is worked on.
 const AHEAD: usize = 4;
@@ -128,7 +129,7 @@ async fn work(
     stop: CancellationToken,
 ) -> Result<Exit, Failure> {
     let config = &resolved.config;
-    let store = app::open(data_dir, config).await?;
+    let store = app::open(data_dir, config, Intent::Create).await?;
     let checker = Checker::new(resolved, source.folder());
     let bundles = Bundles::new(&arguments.out, arguments.zip, arguments.force)?;
     let mut records = Records::begin(&arguments.out)?;

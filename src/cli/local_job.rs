@@ -21,7 +21,7 @@ use crate::app::local::Ended;
 use crate::app::{self, logging};
 use crate::worker::BuildScene;
 use scene::job::JobState;
-use store::{BlobPlace, Outage, Store};
+use store::{BlobPlace, Intent, Outage, Store};
 
 /// Arguments of the commands that make one scene.
 #[derive(Debug, Args)]
@@ -151,7 +151,7 @@ impl JobOptions {
             (Some(temporary), _) => temporary.path(),
             (None, given) => given.as_deref().unwrap_or(Path::new("data")),
         };
-        let store = app::open(data_dir, config).await?;
+        let store = app::open(data_dir, config, Intent::Create).await?;
         let seed = submission.request.seed;
         let mut progress = Progress::new(self.json);
         if !self.json {

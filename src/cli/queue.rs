@@ -1,4 +1,5 @@
-//! `queue`: shows the queue, or pauses and resumes the claiming of jobs, beside the processes that run.
+//! `queue`: shows the queue, or pauses and resumes the claiming of jobs, datasets and recordings, beside the processes
+//! that run.
 
 use std::path::PathBuf;
 
@@ -19,7 +20,7 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Show how many jobs wait and run, and whether claiming is paused
+    /// Show how many jobs, datasets and recordings wait and run, and whether claiming is paused
     Status {
         /// Print JSON
         #[arg(long)]
@@ -27,7 +28,8 @@ enum Action {
         #[command(flatten)]
         place: Place,
     },
-    /// Let every worker finish the jobs it holds and claim no others, until `resume`; submissions go on
+    /// Let every worker finish the work it holds (jobs, datasets, attempts at episodes) and claim no other, until `resume`;
+    /// submissions go on
     Pause {
         /// Why, for `status`
         #[arg(long, value_name = "TEXT", default_value = "")]
@@ -35,7 +37,7 @@ enum Action {
         #[command(flatten)]
         place: Place,
     },
-    /// Let workers claim jobs again
+    /// Let workers claim work again
     Resume {
         #[command(flatten)]
         place: Place,
@@ -86,6 +88,9 @@ fn as_text(status: &QueueStatus) -> String {
         text.push_str(&format!("  oldest, seconds: {}\n", oldest_ms / 1000));
     }
     text.push_str(&format!("active: {}, held by {} workers\n", status.active, status.workers));
+    for (name, work) in [("datasets", status.datasets), ("recordings", status.recordings)] {
+        text.push_str(&format!("{name}: {} queued, {} active\n", work.queued, work.active));
+    }
     for job_id in &status.poisoned {
         text.push_str(&format!("failed as their processes died: {job_id}\n"));
     }

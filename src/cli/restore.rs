@@ -8,7 +8,7 @@ use super::backup::{failed, outcome};
 use super::options::ConfigOptions;
 use super::{Exit, Failure, runtime, terminal};
 use crate::app;
-use store::backup;
+use store::{Intent, backup};
 
 /// Arguments of `restore`.
 #[derive(Debug, Args)]
@@ -39,7 +39,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
         (Some(backup), true) => (backup, runtime.block_on(backup::verify(backup, settings)).map_err(failed)?),
         (None, _) => {
             let report = runtime.block_on(async {
-                let store = app::open(data_dir, &resolved.config).await?;
+                let store = app::open(data_dir, &resolved.config, Intent::Existing).await?;
                 store.verify().await.map_err(failed)
             })?;
             (data_dir, report)

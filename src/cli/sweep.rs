@@ -8,6 +8,7 @@ use super::backup::failed;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, runtime, terminal};
 use crate::app;
+use store::Intent;
 use store::retention::SweepReport;
 
 /// Arguments of `sweep`.
@@ -31,7 +32,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
     let settings = &resolved.config.store.retention;
     let report = runtime()?.block_on(async {
-        let store = app::open(&arguments.data_dir, &resolved.config).await?;
+        let store = app::open(&arguments.data_dir, &resolved.config, Intent::Existing).await?;
         store.sweep(settings, arguments.dry_run).await.map_err(failed)
     })?;
     let Some(report) = report else {

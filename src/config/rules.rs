@@ -66,6 +66,32 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
             worker.heartbeat_secs, worker.lease_secs
         ),
     );
+    let postgres = &store.postgres;
+    rule(
+        "store.postgres.idle_transaction_timeout_ms",
+        postgres.idle_transaction_timeout_ms < worker.lease_secs.saturating_mul(1000),
+        format!(
+            "{} ms are not less than worker.lease_secs = {}; a stopped process would keep its jobs locked beyond its lease",
+            postgres.idle_transaction_timeout_ms, worker.lease_secs
+        ),
+    );
+    rule(
+        "store.postgres.answer_timeout_ms",
+        postgres.answer_timeout_ms > postgres.statement_timeout_ms,
+        format!(
+            "{} is not more than store.postgres.statement_timeout_ms = {}; connections would be closed where the server \
+             ends the statement itself",
+            postgres.answer_timeout_ms, postgres.statement_timeout_ms
+        ),
+    );
+    rule(
+        "store.postgres.long_timeout_secs",
+        postgres.long_timeout_secs.saturating_mul(1000) >= postgres.answer_timeout_ms,
+        format!(
+            "{} s are less than store.postgres.answer_timeout_ms = {}",
+            postgres.long_timeout_secs, postgres.answer_timeout_ms
+        ),
+    );
     rule(
         "store.s3.bucket",
         store.blobs != BlobPlace::S3 || !store.s3.bucket.is_empty(),

@@ -10,7 +10,7 @@ use tokio::sync::{OwnedSemaphorePermit, mpsc};
 use tokio_util::sync::CancellationToken;
 
 use super::packing::{Packed, pack};
-use super::{Prepared, RecordError, Recorder, apart};
+use super::{Prepared, RecordError, Recorder, apart, guarded};
 use episodes::card::{DatasetCard, DatasetSummary};
 use episodes::{DatasetAssembler, EpisodeUnit};
 use store::recordings::{
@@ -37,8 +37,14 @@ impl Recorder {
         shutdown: &CancellationToken,
     ) {
         let folder = self.folder.join(lease.id.as_str());
+        let assembling = {
+            let (recorder, recording, lease) = (self.clone(), recording.clone(), lease.clone());
+            let slot = slot.clone();
+            let folder = folder.clone();
+            guarded(async move { recorder.assemble(&recording, &lease, &folder, &slot).await })
+        };
         let assembled = tokio::select! {
-            assembled = self.assemble(recording, lease, &folder, &slot) => assembled,
+            assembled = assembling => assembled,
             () = self.hold_assembly(lease) => Err(RecordError::GivenUp),
             () = shutdown.cancelled() => Err(RecordError::GivenUp),
         };

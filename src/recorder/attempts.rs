@@ -5,7 +5,7 @@ use std::sync::Arc;
 use tokio::sync::OwnedSemaphorePermit;
 use tokio_util::sync::CancellationToken;
 
-use super::{RecordError, Recorder, apart};
+use super::{RecordError, Recorder, apart, guarded};
 use demonstrations::{Attempted, attempt};
 use store::recordings::{AttemptLease, Begun, MadeAttempt, RecordingRow};
 
@@ -18,8 +18,13 @@ impl Recorder {
         slot: Arc<OwnedSemaphorePermit>,
         shutdown: &CancellationToken,
     ) {
+        let making = {
+            let (recorder, recording, lease) = (self.clone(), recording.clone(), lease.clone());
+            let slot = slot.clone();
+            guarded(async move { recorder.make(&recording, &lease, &slot).await })
+        };
         let made = tokio::select! {
-            made = self.make(recording, lease, &slot) => made,
+            made = making => made,
             () = self.hold_attempt(lease) => Err(RecordError::GivenUp),
             () = shutdown.cancelled() => Err(RecordError::GivenUp),
         };

@@ -46,7 +46,7 @@ pub fn outcome_of(
 }
 
 /// `min(cap, base * 2^(attempt - 1))`.
-pub(super) fn full_delay(attempt: i64, settings: &Settings) -> Duration {
+pub fn full_delay(attempt: i64, settings: &Settings) -> Duration {
     let doublings = u32::try_from(attempt.saturating_sub(1)).unwrap_or(0).min(20);
     let ceiling = settings.backoff_base_ms.saturating_mul(1 << doublings).min(settings.backoff_cap_ms);
     Duration::from_millis(ceiling)

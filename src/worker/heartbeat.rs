@@ -2,11 +2,12 @@
 //! lease is lost, that was cancelled, whose deadline has passed, or whose worker shuts down.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use tokio_util::sync::{CancellationToken, DropGuard};
 
+use crate::background::kept_running;
 use crate::pipeline::checkpoint::CancelFlag;
 use scene::JobId;
 use scene::job::JobState;
@@ -66,7 +67,10 @@ impl Heartbeat {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
         std::thread::Builder::new()
             .name("heartbeat".into())
-            .spawn(move || runtime.block_on(beat(store, jobs, lease, interval, stop)))
+            .spawn(move || {
+                let beat = move || beat(store.clone(), jobs.clone(), lease, interval, stop.clone());
+                runtime.block_on(kept_running("heartbeat", beat));
+            })
             .map_err(failed)?;
         Ok(Self { shared, _stop: Arc::new(guard) })
     }
@@ -115,7 +119,8 @@ impl Heartbeat {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Jobs> {
-        self.jobs.lock().expect("no code panics while it holds this lock")
+        // A heartbeat that panicked is started again, and leases must go on.
+        self.jobs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -26,8 +26,6 @@ use super::{Body, BundleFile, ExportSettings};
 /// Name prefix of the text entries that hold the user's labels.
 pub const LABEL_PREFIX: &str = "label_";
 
-/// Name prefix of the text entries that mark stand-ins; their data is `true`.
-
 /// Time constant of contacts in steps; MuJoCo accepts no fewer. An object sinks by gravity times the square of that time,
 /// times the number of objects that it carries: a sixth of a millimeter each at 2 ms, less than a tenth of a coin. With
 /// MuJoCo's default of 20 ms, the coins of a stack sink by 12 mm into each other and towers fall.

@@ -52,7 +52,7 @@ pub struct BackupReport {
 /// the report lists them.
 pub async fn backup(data_dir: &Path, target: &Path, settings: &Settings) -> Result<BackupReport, StoreError> {
     let source = data_dir.join(DATABASE_FILE);
-    existing(&source)?;
+    database::sqlite_exists(&source)?;
     let blobs = Blobs::open(data_dir, settings, Health::new())?;
     let _no_sweep = blobs.lock_against_sweep().await?;
     std::fs::create_dir_all(target).map_err(|error| data_dir_error(target, error))?;
@@ -77,7 +77,7 @@ pub async fn restore(
     settings: &Settings,
 ) -> Result<BackupReport, StoreError> {
     let source = backup.join(DATABASE_FILE);
-    existing(&source)?;
+    database::sqlite_exists(&source)?;
     let _lock = super::directory(data_dir)?;
     let destination = data_dir.join(DATABASE_FILE);
     if destination.exists() {
@@ -100,7 +100,7 @@ pub async fn restore(
 /// A [`StoreError`] if `backup` has no database, or if something cannot be read.
 pub async fn verify(backup: &Path, settings: &Settings) -> Result<BackupReport, StoreError> {
     let source = backup.join(DATABASE_FILE);
-    existing(&source)?;
+    database::sqlite_exists(&source)?;
     let blobs = Blobs::local(&backup.join("blobs"), false, Health::new())?;
     check_blobs(references(&source, settings).await?, &blobs).await
 }
@@ -113,7 +113,7 @@ impl Store {
     /// A [`StoreError`] if something cannot be read.
     pub async fn verify(&self) -> Result<BackupReport, StoreError> {
         let mut found = BTreeMap::new();
-        for_each_reference(&self.readers, |kind, digest| {
+        for_each_reference(&self.readers.unhurried(), |kind, digest| {
             found.entry(digest).or_insert(kind);
         })
         .await?;
@@ -209,13 +209,6 @@ async fn report(
     }
     report.lost.sort_by(|a, b| (b.kind, &a.digest).cmp(&(a.kind, &b.digest)));
     Ok(report)
-}
-
-fn existing(database: &Path) -> Result<(), StoreError> {
-    match std::fs::metadata(database) {
-        Ok(_) => Ok(()),
-        Err(error) => Err(data_dir_error(database, error)),
-    }
 }
 
 fn remove_if_there(path: &Path) -> Result<(), StoreError> {

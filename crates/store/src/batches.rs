@@ -21,6 +21,7 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use ::batches::{BatchState, OutputError};
 
 use super::database::Dialect;
+use super::list_query::ListQuery;
 use super::{Store, StoreError, database};
 use scene::{BatchId, JobId, MicroUsd, SceneId, TenantId};
 
@@ -86,17 +87,13 @@ impl Store {
         tenant_id: &TenantId,
         filter: BatchFilter,
     ) -> Result<Vec<BatchRow>, StoreError> {
-        let rows = sqlx::query(
-            "SELECT * FROM batches
-             WHERE tenant_id = $1 AND (state = $2 OR ($2 IS NULL AND state <> 'receiving')) AND ($3 IS NULL OR id < $3)
-             ORDER BY id DESC LIMIT $4",
-        )
-        .bind(tenant_id.as_str())
-        .bind(filter.state.map(BatchState::as_str))
-        .bind(filter.before_id.map(String::from))
-        .bind(i64::from(filter.limit))
-        .fetch_all(&self.readers)
-        .await?;
+        let list = ListQuery::of(tenant_id);
+        let list = match filter.state {
+            Some(state) => list.word("state", Some(state.as_str())),
+            None => list.fixed("state <> 'receiving'"),
+        };
+        let rows =
+            list.text("id <", filter.before_id).select("batches", filter.limit).rows(&self.readers).await?;
         rows.iter().map(batch_of).collect()
     }
 }

@@ -158,8 +158,8 @@ impl Store {
 
     /// Budget and cost of a scene.
     pub async fn spending(&self, tenant_id: &TenantId, scene_id: &SceneId) -> Result<Spending, StoreError> {
-        let mut connection = self.readers.acquire().await?;
-        spending(&mut connection, tenant_id, scene_id).await
+        let read = async { spending(&mut *self.readers.acquire().await?, tenant_id, scene_id).await };
+        self.readers.within_limit(read).await
     }
 }
 

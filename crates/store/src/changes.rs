@@ -7,13 +7,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use sqlx::AnyPool;
 use sqlx::postgres::PgListener;
 use tokio::sync::{Notify, watch};
 use tokio::task::JoinHandle;
 use uuid::Uuid;
 
-use super::StoreError;
+use super::readers::{Readers, no_answer};
+use super::{Settings, StoreError};
 
 /// The channel of notifications.
 const CHANNEL: &str = "tabletopgen_changes";
@@ -61,13 +61,16 @@ impl Changes {
     }
 
     /// Changes of a PostgreSQL database that other processes use too.
-    pub(super) async fn shared(url: &str, pool: AnyPool) -> Result<Self, StoreError> {
+    pub(super) async fn shared(url: &str, readers: Readers, settings: &Settings) -> Result<Self, StoreError> {
         let ticks = Arc::new(Ticks::new());
         let process = Uuid::new_v4().to_string();
-        let listener = PgListener::connect(url)
+        let limit = settings.postgres.acquire_timeout();
+        let listener = tokio::time::timeout(limit, PgListener::connect(url))
             .await
+            .unwrap_or_else(|_| Err(no_answer(limit)))
             .map_err(|source| StoreError::Sql { doing: "listen for changes", source })?;
-        let tell = |change: Change| tokio::spawn(tell(pool.clone(), ticks.clone(), process.clone(), change));
+        let tell =
+            |change: Change| tokio::spawn(tell(readers.clone(), ticks.clone(), process.clone(), change));
         let tasks = vec![
             tell(Change::Job),
             tell(Change::Cancellation),
@@ -111,12 +114,12 @@ impl Ticks {
 }
 
 /// Tells other processes about changes of one kind.
-async fn tell(pool: AnyPool, ticks: Arc<Ticks>, process: String, change: Change) {
+async fn tell(readers: Readers, ticks: Arc<Ticks>, process: String, change: Change) {
     let payload = format!("{process} {change:?}");
     loop {
         ticks.untold[change as usize].notified().await;
         let notified =
-            sqlx::query("SELECT pg_notify($1, $2)").bind(CHANNEL).bind(&payload).execute(&pool).await;
+            sqlx::query("SELECT pg_notify($1, $2)").bind(CHANNEL).bind(&payload).execute(&readers).await;
         if let Err(error) = notified {
             tracing::debug!(%error, "other processes were not told about a change; they poll");
         }

@@ -13,20 +13,15 @@ use sqlx::sqlite::{
 };
 use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Connection, Row};
 
-use super::{DatabaseAddress, Settings, StoreError};
+use super::readers::{Readers, no_answer};
+use super::{DatabaseAddress, Intent, Settings, StoreError};
 use scene::id::InvalidId;
 
 static SQLITE_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/sqlite");
 static POSTGRES_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/postgres");
 
-/// How long a caller waits for a connection of the pool before the database counts as unreachable.
-const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(5);
 /// A connection that rested longer is tested before its next use; a test costs a round trip.
 const UNTESTED: Duration = Duration::from_secs(1);
-
-/// PostgreSQL ends a transaction whose process is silent for this long, so that one that is stopped, or cut off, does
-/// not keep its rows locked beyond its lease. Shorter than the shortest lease.
-pub(super) const MAX_SILENCE: Duration = Duration::from_secs(4);
 
 /// The write-ahead log of SQLite shrinks to this after a burst of writes.
 const MAX_IDLE_LOG_BYTES: u32 = 16 << 20;
@@ -123,7 +118,7 @@ pub(super) async fn sqlite_writer(path: &Path, settings: &Settings) -> Result<An
 }
 
 /// Opens the connections that read the SQLite file.
-pub(super) async fn sqlite_readers(path: &Path, settings: &Settings) -> Result<AnyPool, StoreError> {
+pub(super) async fn sqlite_readers(path: &Path, settings: &Settings) -> Result<Readers, StoreError> {
     let pragmas = pragmas(settings);
     AnyPoolOptions::new()
         .max_connections(settings.readers.clamp(1, 64))
@@ -136,26 +131,45 @@ pub(super) async fn sqlite_readers(path: &Path, settings: &Settings) -> Result<A
         })
         .connect_with(sqlite_address(path, "ro")?)
         .await
+        .map(Readers::of_file)
         .map_err(|source| StoreError::Sql { doing: "open for reading", source })
 }
 
 /// Migrates a PostgreSQL database, one process at a time, and opens the pool of this process.
-pub(super) async fn postgres_pool(url: &str, settings: &Settings) -> Result<AnyPool, StoreError> {
+pub(super) async fn postgres_pool(
+    url: &str,
+    settings: &Settings,
+    intent: Intent,
+) -> Result<AnyPool, StoreError> {
     sqlx::any::install_default_drivers();
     let opened = |source| StoreError::Sql { doing: "open", source };
     let options = PgConnectOptions::from_str(url).map_err(opened)?;
-    let mut direct = PgConnection::connect_with(&options).await.map_err(opened)?;
-    POSTGRES_MIGRATIONS.run(&mut direct).await?;
-    direct.close().await.map_err(opened)?;
-    AnyPoolOptions::new()
+    let limits = &settings.postgres;
+    let mut direct = in_time(limits.acquire_timeout(), PgConnection::connect_with(&options)).await?;
+    if intent == Intent::Existing {
+        let versions = sqlx::query_scalar("SELECT CAST(to_regclass('_sqlx_migrations') AS TEXT)");
+        let found: Option<String> = in_time(limits.prompt().answer, versions.fetch_one(&mut direct)).await?;
+        if found.is_none() {
+            return Err(StoreError::no_database(url, "the table _sqlx_migrations"));
+        }
+    }
+    let long = limits.long_timeout();
+    let limit = format!("SET statement_timeout = {0}; SET lock_timeout = {0}", long.as_millis());
+    in_time(limits.prompt().answer, sqlx::raw_sql(AssertSqlSafe(limit)).execute(&mut direct)).await?;
+    match tokio::time::timeout(long, POSTGRES_MIGRATIONS.run(&mut direct)).await {
+        Ok(migrated) => migrated?,
+        Err(_) => return Err(opened(no_answer(long))),
+    }
+    in_time(limits.acquire_timeout(), direct.close()).await?;
+    let session = limits.session();
+    let pool = AnyPoolOptions::new()
         .max_connections(settings.connections.clamp(2, 256))
-        .acquire_timeout(ACQUIRE_TIMEOUT)
+        .acquire_timeout(limits.acquire_timeout())
         .test_before_acquire(false)
-        .after_connect(|connection, _| {
-            let silence_ms = MAX_SILENCE.as_millis();
-            let limit = format!("SET idle_in_transaction_session_timeout = {silence_ms}");
+        .after_connect(move |connection, _| {
+            let session = session.clone();
             Box::pin(async move {
-                sqlx::raw_sql(AssertSqlSafe(limit)).execute(connection).await?;
+                sqlx::raw_sql(AssertSqlSafe(session)).execute(connection).await?;
                 Ok(())
             })
         })
@@ -166,10 +180,31 @@ pub(super) async fn postgres_pool(url: &str, settings: &Settings) -> Result<AnyP
                 }
                 Ok(true)
             })
-        })
-        .connect_with(AnyConnectOptions::from_str(url).map_err(opened)?)
-        .await
-        .map_err(opened)
+        });
+    pool.connect_with(AnyConnectOptions::from_str(url).map_err(opened)?).await.map_err(opened)
+}
+
+/// The answer of a server that may be frozen or cut off.
+async fn in_time<T>(
+    limit: Duration,
+    answer: impl Future<Output = Result<T, sqlx::Error>>,
+) -> Result<T, StoreError> {
+    let answered = tokio::time::timeout(limit, answer).await.unwrap_or_else(|_| Err(no_answer(limit)));
+    answered.map_err(|source| StoreError::Sql { doing: "open", source })
+}
+
+/// Fails with [`StoreError::NoDatabase`] unless the file of a SQLite database is there.
+pub(super) fn sqlite_exists(path: &Path) -> Result<(), StoreError> {
+    match std::fs::metadata(path) {
+        Ok(about) if about.len() > 0 => Ok(()),
+        Ok(_) => Err(StoreError::no_database(&path.display().to_string(), "a file that is not empty")),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            let folder = path.parent().unwrap_or(path);
+            let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+            Err(StoreError::no_database(&folder.display().to_string(), super::backup::DATABASE_FILE))
+        }
+        Err(source) => Err(StoreError::DataDir { path: path.to_owned(), source }),
+    }
 }
 
 /// A connection beside the processes that use the database, without its lock and without migrations.
@@ -178,14 +213,18 @@ pub(super) async fn bystander(data_dir: &Path, settings: &Settings) -> Result<An
     let opened = |source| StoreError::Sql { doing: "open", source };
     let DatabaseAddress::Postgres(url) = &settings.database else {
         let path = data_dir.join(super::backup::DATABASE_FILE);
-        std::fs::metadata(&path).map_err(|source| StoreError::DataDir { path: path.clone(), source })?;
+        sqlite_exists(&path)?;
         let mut connection =
             AnyConnection::connect_with(&sqlite_address(&path, "rw")?).await.map_err(opened)?;
         sqlx::raw_sql(AssertSqlSafe(pragmas(settings))).execute(&mut connection).await.map_err(opened)?;
         return Ok(connection);
     };
+    let limits = &settings.postgres;
     let address = AnyConnectOptions::from_str(url).map_err(opened)?;
-    AnyConnection::connect_with(&address).await.map_err(opened)
+    let mut connection = in_time(limits.acquire_timeout(), AnyConnection::connect_with(&address)).await?;
+    let session = sqlx::raw_sql(AssertSqlSafe(limits.session()));
+    in_time(limits.prompt().answer, session.execute(&mut connection)).await?;
+    Ok(connection)
 }
 
 /// Milliseconds since 1970 by the database's clock.

@@ -13,10 +13,11 @@ use serde_json::Value;
 use sqlx::Row;
 use sqlx::any::AnyRow;
 
+use super::list_query::ListQuery;
 use super::{Store, StoreError, database};
 use scene::{DatasetId, TenantId};
 
-pub use claim::{DatasetClaim, DatasetLease, DatasetTask};
+pub use claim::{AfterSetback, DatasetClaim, DatasetLease, DatasetTask, Setback};
 pub use files::DatasetFile;
 pub use requests::{NewDataset, SubmitDatasetOutcome, VerifyOutcome};
 pub use result::{FreezeResult, FrozenVersion};
@@ -110,18 +111,11 @@ impl Store {
         tenant_id: &TenantId,
         filter: DatasetFilter,
     ) -> Result<Vec<DatasetRow>, StoreError> {
-        let rows = sqlx::query(
-            "SELECT * FROM datasets
-             WHERE tenant_id = $1 AND ($2 IS NULL OR name = $2) AND ($3 IS NULL OR state = $3) AND ($4 IS NULL OR id < $4)
-             ORDER BY id DESC LIMIT $5",
-        )
-        .bind(tenant_id.as_str())
-        .bind(filter.name)
-        .bind(filter.state.map(DatasetState::as_str))
-        .bind(filter.before_id.map(String::from))
-        .bind(i64::from(filter.limit))
-        .fetch_all(&self.readers)
-        .await?;
+        let list = ListQuery::of(tenant_id)
+            .word("state", filter.state.map(DatasetState::as_str))
+            .text("name =", filter.name)
+            .text("id <", filter.before_id);
+        let rows = list.select("datasets", filter.limit).rows(&self.readers).await?;
         rows.iter().map(dataset_of).collect()
     }
 

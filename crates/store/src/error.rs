@@ -18,6 +18,11 @@ pub enum StoreError {
     Locked { path: PathBuf },
     #[error("cannot use data directory {path}; check that it exists and may be written")]
     DataDir { path: PathBuf, source: std::io::Error },
+    #[error(
+        "there is no database of tabletopgen in {place} (looked for {expected}); check --data-dir and store.database, or \
+         create one with `tabletopgen serve` or `tabletopgen migrate --create`"
+    )]
+    NoDatabase { place: String, expected: &'static str },
     #[error("cannot bring the database up to date; it may belong to a newer version")]
     Migrate(#[from] sqlx::migrate::MigrateError),
     #[error("the database failed to {doing}")]
@@ -51,6 +56,11 @@ impl From<sqlx::Error> for StoreError {
 }
 
 impl StoreError {
+    /// The error of a command that wants existing data and found none.
+    pub(super) fn no_database(place: &str, expected: &'static str) -> Self {
+        Self::NoDatabase { place: place.to_owned(), expected }
+    }
+
     /// The reason why no write can succeed at present; `None` for errors of a single operation.
     pub fn outage(&self) -> Option<Outage> {
         match self {
@@ -60,6 +70,7 @@ impl StoreError {
             Self::DataDir { source, .. } => Some(io_outage(source)),
             Self::WriterStopped => Some(Outage::Other),
             Self::Locked { .. }
+            | Self::NoDatabase { .. }
             | Self::Migrate(_)
             | Self::LeaseLost { .. }
             | Self::DatasetLeaseLost { .. }
@@ -122,11 +133,12 @@ fn sqlite_outage(code: &str) -> Option<Outage> {
 }
 
 /// Maps PostgreSQL's classes of SQLSTATE: connection exceptions, insufficient resources, operator intervention
-/// (shutdown, starting up), system errors, and a read-only server.
+/// (shutdown, starting up, a statement past its limit), system errors, a read-only server, and a lock that was not
+/// free in time.
 fn postgres_outage(code: &str) -> Option<Outage> {
     match code {
         "53100" => Some(Outage::Full),
-        "25006" => Some(Outage::Other),
+        "25006" | "55P03" => Some(Outage::Other),
         _ => matches!(code.get(..2)?, "08" | "53" | "57" | "58" | "XX").then_some(Outage::Other),
     }
 }

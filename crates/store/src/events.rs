@@ -5,8 +5,9 @@
 
 use serde_json::Value;
 use sqlx::any::AnyRow;
-use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Row};
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
+use super::readers::Readers;
 use super::{Store, StoreError, database};
 use scene::job::JobState;
 use scene::{JobId, TenantId};
@@ -87,7 +88,7 @@ pub(super) fn event_of(row: &AnyRow, table: &'static str) -> Result<Event, Store
 
 /// Columns of the tenant's rows of `table` with these ids, in one query.
 pub(super) async fn rows_of_ids(
-    readers: &AnyPool,
+    readers: &Readers,
     table: &str,
     columns: &str,
     tenant_id: &TenantId,

@@ -4,6 +4,7 @@ use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::database::Dialect;
+use super::list_query::ListQuery;
 use super::queue::QueueColumns;
 use super::{Store, StoreError, batches, database, scenes};
 use scene::job::{JobKind, JobState, SceneState};
@@ -92,36 +93,14 @@ impl Store {
 
     /// Jobs of the tenant, newest first.
     pub async fn jobs(&self, tenant_id: &TenantId, filter: JobFilter) -> Result<Vec<JobRow>, StoreError> {
-        // Only the conditions that are asked for, and words of the program in place, so that each finds its index.
-        let mut conditions = "tenant_id = $1".to_owned();
-        let mut texts = vec![tenant_id.to_string()];
-        if let Some(state) = filter.state {
-            conditions.push_str(&format!(" AND state = '{}'", state.as_str()));
-        }
-        if let Some(kind) = filter.kind {
-            conditions.push_str(&format!(" AND kind = '{}'", kind.as_str()));
-        }
-        for (condition, wanted) in [
-            ("scene_id =", filter.scene.map(String::from)),
-            ("batch_id =", filter.batch.map(String::from)),
-            ("id <", filter.before_id.map(String::from)),
-        ] {
-            if let Some(text) = wanted {
-                texts.push(text);
-                conditions.push_str(&format!(" AND {condition} ${}", texts.len()));
-            }
-        }
-        let mut numbers = Vec::new();
-        if let Some(created_after_ms) = filter.created_after_ms {
-            numbers.push(created_after_ms);
-            conditions.push_str(&format!(" AND created_at > ${}", texts.len() + numbers.len()));
-        }
-        numbers.push(i64::from(filter.limit));
-        let limit = texts.len() + numbers.len();
-        let jobs = format!("SELECT * FROM jobs WHERE {conditions} ORDER BY id DESC LIMIT ${limit}");
-        let query = texts.into_iter().fold(sqlx::query(AssertSqlSafe(jobs)), |query, text| query.bind(text));
-        let query = numbers.into_iter().fold(query, |query, number| query.bind(number));
-        query.fetch_all(&self.readers).await?.iter().map(job_of).collect()
+        let list = ListQuery::of(tenant_id)
+            .word("state", filter.state.map(JobState::as_str))
+            .word("kind", filter.kind.map(JobKind::as_str))
+            .text("scene_id =", filter.scene)
+            .text("batch_id =", filter.batch)
+            .text("id <", filter.before_id)
+            .number("created_at >", filter.created_after_ms);
+        list.select("jobs", filter.limit).rows(&self.readers).await?.iter().map(job_of).collect()
     }
 
     /// The newest job of a scene.

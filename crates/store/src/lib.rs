@@ -22,15 +22,19 @@ pub mod error;
 pub mod digest;
 pub mod outage;
 pub mod blobs;
+mod readers;
+mod list_query;
 mod writer;
 mod database;
 mod changes;
+mod readiness;
 pub mod scenes;
 pub mod lineage;
 pub mod batches;
 pub mod datasets;
 pub mod recordings;
 pub mod queue;
+mod deaths;
 pub mod stage_claims;
 pub mod jobs;
 pub mod outlook;
@@ -51,7 +55,6 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-use sqlx::AnyPool;
 use tokio::sync::watch;
 
 pub use blobs::Blobs;
@@ -60,10 +63,11 @@ pub use error::StoreError;
 pub use outage::Outage;
 pub use queue::Lease;
 use scene::TenantId;
-pub use settings::{BlobPlace, DatabaseAddress, Settings};
+pub use settings::{BlobPlace, DatabaseAddress, PostgresSettings, Settings};
 
 use changes::{Change, Changes};
-use outage::{Health, Part};
+use outage::Health;
+use readers::Readers;
 use retention::Quota;
 use writer::Writer;
 
@@ -73,7 +77,7 @@ pub static DEFAULT_TENANT: LazyLock<TenantId> = LazyLock::new(|| "default".parse
 /// Handle on the store; cloning shares it.
 #[derive(Clone)]
 pub struct Store {
-    readers: AnyPool,
+    readers: Readers,
     writer: Writer,
     blobs: Blobs,
     changes: Changes,
@@ -83,20 +87,33 @@ pub struct Store {
     quota: Arc<Quota>,
     room: Arc<queue::Room>,
     paces: Arc<outlook::Paces>,
+    readiness: Arc<readiness::Readiness>,
     /// Released with the last handle.
     _lock: Option<Arc<File>>,
 }
 
+/// Whether a database may be made where there is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Intent {
+    /// For programs that make data: a missing database is created.
+    Create,
+    /// For commands on existing data: a missing database is an error, and nothing is created.
+    Existing,
+}
+
 impl Store {
-    /// Opens the store, and creates or migrates its database if necessary. A data directory that holds the database or
-    /// the blobs is locked by this process; it is not touched if neither is in it.
+    /// Opens the store, and migrates its database if necessary; with [`Intent::Create`] it creates it. A data directory
+    /// that holds the database or the blobs is locked by this process; it is not touched if neither is in it.
     ///
     /// # Errors
     ///
-    /// [`StoreError::Locked`] if another process uses the directory, [`StoreError::DataDir`] if it is not writable,
+    /// [`StoreError::NoDatabase`] without a database to open, [`StoreError::Locked`] if another process uses the directory, [`StoreError::DataDir`] if it is not writable,
     /// [`StoreError::Migrate`] if the database belongs to a newer version, [`StoreError::Sql`] if it cannot be reached.
-    pub async fn open(data_dir: &Path, settings: &Settings) -> Result<Self, StoreError> {
+    pub async fn open(data_dir: &Path, settings: &Settings, intent: Intent) -> Result<Self, StoreError> {
         let health = Health::new();
+        if intent == Intent::Existing && settings.database == DatabaseAddress::Sqlite {
+            database::sqlite_exists(&data_dir.join(backup::DATABASE_FILE))?;
+        }
         let uses_directory =
             settings.database == DatabaseAddress::Sqlite || settings.blobs == BlobPlace::Files;
         let lock = uses_directory.then(|| directory(data_dir)).transpose()?;
@@ -107,9 +124,11 @@ impl Store {
                 (database::sqlite_readers(&path, settings).await?, writer, Changes::local())
             }
             DatabaseAddress::Postgres(url) => {
-                let pool = database::postgres_pool(url, settings).await?;
-                let changes = Changes::shared(url, pool.clone()).await?;
-                (pool.clone(), Writer::postgres(pool, health.clone()), changes)
+                let pool = database::postgres_pool(url, settings, intent).await?;
+                let (prompt, unhurried) = (settings.postgres.prompt(), settings.postgres.unhurried());
+                let readers = Readers::limited(pool.clone(), prompt, unhurried);
+                let changes = Changes::shared(url, readers.clone(), settings).await?;
+                (readers, Writer::postgres(pool, prompt, unhurried, health.clone()), changes)
             }
         };
         let blobs = Blobs::open(data_dir, settings, health.clone())?;
@@ -125,6 +144,7 @@ impl Store {
             quota,
             room: Arc::default(),
             paces: Arc::default(),
+            readiness: Arc::default(),
             _lock: lock.map(Arc::new),
         })
     }
@@ -152,15 +172,6 @@ impl Store {
     /// The present outage of storage; `None` while writes succeed.
     pub fn outage(&self) -> watch::Receiver<Option<Outage>> {
         self.health.outage()
-    }
-
-    /// Checks a read and a write of the database. During an outage of the blobs, a probe blob is written.
-    pub async fn is_healthy(&self) -> Result<(), StoreError> {
-        sqlx::query("SELECT 1 FROM jobs LIMIT 1").fetch_optional(&self.readers).await?;
-        if self.health.is_failing(Part::Blobs) {
-            self.blobs.probe().await?;
-        }
-        self.writer.write("check the writer", |_| Box::pin(async { Ok(()) })).await
     }
 
     fn announce(&self) {

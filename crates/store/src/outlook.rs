@@ -55,9 +55,12 @@ impl Store {
         if jobs.iter().all(|job| job.state.is_final()) {
             return Ok(vec![Outlook::default(); jobs.len()]);
         }
-        let mut connection = self.readers.acquire().await?;
-        let pace = pace(&mut connection, tenant_id).await?;
-        let places = places(&mut connection, tenant_id, jobs).await?;
+        let read = async {
+            let mut connection = self.readers.acquire().await?;
+            let pace = pace(&mut connection, tenant_id).await?;
+            Ok((pace, places(&mut connection, tenant_id, jobs).await?))
+        };
+        let (pace, places) = self.readers.within_limit(read).await?;
         let outlook = |job: &&JobRow| {
             let queue_position = places.get(job.id.as_str()).copied();
             Outlook { queue_position, finish_at_ms: pace.finish_at_ms(job, queue_position) }
@@ -78,7 +81,8 @@ impl Store {
         let pace = match self.paces.fresh(tenant_id) {
             Some(pace) => pace,
             None => {
-                let pace = pace(&mut *self.readers.acquire().await?, tenant_id).await?;
+                let read = async { pace(&mut *self.readers.acquire().await?, tenant_id).await };
+                let pace = self.readers.within_limit(read).await?;
                 self.paces.keep(tenant_id, pace);
                 pace
             }

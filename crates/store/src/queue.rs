@@ -29,8 +29,9 @@ pub use room::QueueFull;
 pub(crate) use room::Room;
 pub(crate) use schedule::QueueColumns;
 pub use schedule::{Schedule, Settings};
-pub use switch::{Pause, QueueStatus};
+pub use switch::{BackgroundWork, Pause, QueueStatus};
 use switch::{set_paused, status};
+pub(crate) use turns::is_paused;
 
 /// The right to write rows of a job: valid while `owner` and `epoch` equal those of its row.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -112,13 +113,12 @@ impl Store {
 
     /// Whether a claim may succeed: a cheap question for workers that are woken by changes of other jobs.
     pub async fn has_work(&self) -> Result<bool, StoreError> {
-        let mut connection = self.readers.acquire().await?;
-        let now = database::now_ms(&mut connection).await?;
+        let now = self.readers.now_ms().await?;
         let found: Option<i64> = sqlx::query_scalar(
             "SELECT CAST(1 AS BIGINT) FROM jobs WHERE state = 'queued' AND not_before <= $1 LIMIT 1",
         )
         .bind(now)
-        .fetch_optional(&mut *connection)
+        .fetch_optional(&self.readers)
         .await?;
         Ok(found.is_some())
     }
@@ -126,16 +126,14 @@ impl Store {
     /// Returns jobs with expired leases to the queue, and fails waiting jobs whose deadline has passed. Returns their
     /// number.
     pub async fn rescue(&self, max_deaths: u32) -> Result<u64, StoreError> {
-        let mut connection = self.readers.acquire().await?;
-        let now = database::now_ms(&mut connection).await?;
+        let now = self.readers.now_ms().await?;
         let found: i64 = sqlx::query_scalar(
             "SELECT (SELECT COUNT(*) FROM jobs WHERE state IN ('running', 'cancelling') AND lease_until <= $1)
                   + (SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deadline_at <= $1)",
         )
         .bind(now)
-        .fetch_one(&mut *connection)
+        .fetch_one(&self.readers)
         .await?;
-        drop(connection);
         if found == 0 {
             return Ok(0);
         }
@@ -166,8 +164,8 @@ impl Store {
 
     /// The state of the queue.
     pub async fn queue_status(&self) -> Result<QueueStatus, StoreError> {
-        let mut connection = self.readers.acquire().await?;
-        status(&mut connection).await
+        let read = async { status(&mut *self.readers.acquire().await?).await };
+        self.readers.within_limit(read).await
     }
 
     /// Extends leases. Returns the state of each job, or `None` if its lease is lost.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use sqlx::Row;
 
-use super::{Store, StoreError, database};
+use super::{Store, StoreError};
 
 /// The jobs of all tenants that have not ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,8 +24,7 @@ impl Store {
     ///
     /// The database does not answer.
     pub async fn queue_depth(&self) -> Result<QueueDepth, StoreError> {
-        let mut connection = self.readers.acquire().await?;
-        let now = database::now_ms(&mut connection).await?;
+        let now = self.readers.now_ms().await?;
         // A retry waits from its `not_before` on. Each condition is that of one index.
         let row = sqlx::query(
             "SELECT queued, ready_since,
@@ -36,7 +35,7 @@ impl Store {
                           MIN(CASE WHEN not_before > created_at THEN not_before ELSE created_at END) AS ready_since
                    FROM jobs WHERE state = 'queued') AS depth",
         )
-        .fetch_one(&mut *connection)
+        .fetch_one(&self.readers)
         .await?;
         let (leased, cancelling): (i64, i64) = (row.try_get("leased")?, row.try_get("cancelling")?);
         let ready_since: Option<i64> = row.try_get("ready_since")?;

@@ -12,12 +12,14 @@ mod dataset;
 mod events;
 mod files;
 mod progress;
+mod rescue;
 mod requests;
 
 use serde_json::Value;
 use sqlx::Row;
 use sqlx::any::AnyRow;
 
+use super::list_query::ListQuery;
 use super::{Digest, Store, StoreError, database};
 use scene::{RecordingId, SceneId, TenantId};
 
@@ -125,18 +127,11 @@ impl Store {
         tenant_id: &TenantId,
         filter: RecordingFilter,
     ) -> Result<Vec<RecordingRow>, StoreError> {
-        let rows = sqlx::query(
-            "SELECT * FROM recordings
-             WHERE tenant_id = $1 AND ($2 IS NULL OR scene_id = $2) AND ($3 IS NULL OR state = $3) AND ($4 IS NULL OR id < $4)
-             ORDER BY id DESC LIMIT $5",
-        )
-        .bind(tenant_id.as_str())
-        .bind(filter.scene_id.map(String::from))
-        .bind(filter.state.map(RecordingState::as_str))
-        .bind(filter.before_id.map(String::from))
-        .bind(i64::from(filter.limit))
-        .fetch_all(&self.readers)
-        .await?;
+        let list = ListQuery::of(tenant_id)
+            .word("state", filter.state.map(RecordingState::as_str))
+            .text("scene_id =", filter.scene_id)
+            .text("id <", filter.before_id);
+        let rows = list.select("recordings", filter.limit).rows(&self.readers).await?;
         rows.iter().map(recording_of).collect()
     }
 }

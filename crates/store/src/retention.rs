@@ -116,13 +116,13 @@ impl Store {
     }
 
     async fn sweep_blobs(&self, grace: Duration, report: &mut SweepReport) -> Result<(), StoreError> {
-        let count = references::estimate(&self.readers).await?;
+        let count = references::estimate(&self.readers.unhurried()).await?;
         let passes = count.div_ceil(MAX_REFERENCES).clamp(1, SHARDS);
         let shards_per_pass = SHARDS.div_ceil(passes);
         for first in (0..SHARDS).step_by(shards_per_pass as usize) {
             let shards = first..(first + shards_per_pass).min(SHARDS);
             let mut references = HashSet::new();
-            for_each_reference(&self.readers, |_, digest| {
+            for_each_reference(&self.readers.unhurried(), |_, digest| {
                 let key = key_of(&digest);
                 if shards.contains(&u64::from(key[0])) {
                     references.insert(key);

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 use sqlx::any::AnyRow;
-use sqlx::{AnyConnection, AssertSqlSafe, Row};
+use sqlx::{AnyConnection, Row};
 use uuid::Uuid;
 
-use super::database::Dialect;
 use super::jobs::{JOINED_COLUMNS, JobRow, job_in};
+use super::list_query::ListQuery;
 use super::queue::{QueueColumns, QueueFull, Schedule};
 use super::{Store, StoreError, database, events, queue};
 use scene::job::{JobEvent, JobKind, JobState, SceneState};
@@ -148,33 +148,28 @@ impl Store {
         tenant_id: &TenantId,
         filter: SceneFilter,
     ) -> Result<Vec<(SceneRow, Option<JobRow>)>, StoreError> {
-        let (label_key, label_value) = filter.label.unzip();
-        let mut connection = self.readers.acquire().await?;
-        let label = Dialect::of(&connection).json_text("labels", "$3");
-        let rows = sqlx::query(AssertSqlSafe(format!(
-            "SELECT s.*, {JOINED_COLUMNS}
-             FROM (SELECT * FROM scenes
-                   WHERE tenant_id = $1
-                     AND (state = $2 OR ($2 IS NULL AND state != 'deleted'))
-                     AND ($3 IS NULL OR {label} = $4)
-                     AND ($5 IS NULL OR parent_id = $5)
-                     AND ($6 IS NULL OR created_at > $6)
-                     AND ($7 IS NULL OR id < $7)
-                   ORDER BY id DESC LIMIT $8) AS s
-             LEFT JOIN jobs AS j
-                    ON j.id = (SELECT id FROM jobs WHERE jobs.scene_id = s.id ORDER BY id DESC LIMIT 1)
-             ORDER BY s.id DESC",
-        )))
-        .bind(tenant_id.as_str())
-        .bind(filter.state.map(SceneState::as_str))
-        .bind(label_key)
-        .bind(label_value)
-        .bind(filter.parent.map(String::from))
-        .bind(filter.created_after_ms)
-        .bind(filter.before_id.map(String::from))
-        .bind(i64::from(filter.limit))
-        .fetch_all(&mut *connection)
-        .await?;
+        let mut list = match filter.state {
+            Some(state) => ListQuery::of(tenant_id).word("state", Some(state.as_str())),
+            None => ListQuery::of(tenant_id).fixed("state <> 'deleted'"),
+        };
+        if let Some((key, value)) = filter.label {
+            let key = list.parameter(key);
+            list = list.text(&format!("{} =", self.readers.dialect().json_text("labels", &key)), Some(value));
+        }
+        let list = list
+            .text("parent_id =", filter.parent)
+            .number("created_at >", filter.created_after_ms)
+            .text("id <", filter.before_id)
+            .select("scenes", filter.limit)
+            .within(|scenes| {
+                format!(
+                    "SELECT s.*, {JOINED_COLUMNS} FROM ({scenes}) AS s
+                     LEFT JOIN jobs AS j
+                            ON j.id = (SELECT id FROM jobs WHERE jobs.scene_id = s.id ORDER BY id DESC LIMIT 1)
+                     ORDER BY s.id DESC"
+                )
+            });
+        let rows = list.rows(&self.readers).await?;
         rows.iter()
             .map(|row| {
                 let has_job = row.try_get::<Option<String>, _>("job_id")?.is_some();

@@ -1,11 +1,15 @@
 //! Section `[store]` of the settings.
 
+mod postgres;
+
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use super::blobs::s3::S3Settings;
 use super::retention::RetentionSettings;
+pub(crate) use postgres::Limits;
+pub use postgres::PostgresSettings;
 
 /// Section `[store]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -25,6 +29,7 @@ pub struct Settings {
     pub connections: u32,
     /// Time that a statement waits for a locked SQLite database before it fails, milliseconds.
     pub busy_timeout_ms: u64,
+    pub postgres: PostgresSettings,
     pub s3: S3Settings,
     pub retention: RetentionSettings,
 }

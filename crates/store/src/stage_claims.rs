@@ -28,8 +28,8 @@ impl Store {
         lease: &Lease,
         stage: &StageKey,
     ) -> Result<Option<JobId>, StoreError> {
-        let mut connection = self.readers.acquire().await?;
-        holder(&mut connection, lease, stage).await
+        let read = async { holder(&mut *self.readers.acquire().await?, lease, stage).await };
+        self.readers.within_limit(read).await
     }
 
     /// Gives up a key whose stage failed, so that waiting jobs need not wait for the end of this one.

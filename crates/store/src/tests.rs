@@ -14,11 +14,13 @@ mod recording_events;
 mod claims;
 mod turns;
 mod deaths;
+mod background_work;
 mod stage_claims;
 mod fences;
 mod stages;
 mod wake_ups;
 mod frozen;
+mod limits;
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -32,6 +34,9 @@ use super::scenes::{NewScene, SubmitOutcome};
 use super::*;
 use scene::{JobId, SceneId};
 
+/// Lone deaths without progress after which work fails.
+const MAX_DEATHS: u32 = 3;
+
 /// A new store and two handles on it.
 pub(super) struct Place {
     handles: [Store; 2],
@@ -42,15 +47,15 @@ impl Place {
     async fn sqlite() -> Self {
         let directories = [(); 2].map(|()| tempfile::tempdir().expect("temporary directory"));
         let settings = settings(DatabaseAddress::Sqlite);
-        let store = Store::open(directories[0].path(), &settings).await.expect("opens");
+        let store = Store::open(directories[0].path(), &settings, Intent::Create).await.expect("opens");
         Self { handles: [store.clone(), store], _directories: directories }
     }
 
     async fn postgres() -> Self {
         let directories = [(); 2].map(|()| tempfile::tempdir().expect("temporary directory"));
         let settings = settings(DatabaseAddress::Postgres(test_postgres::database().await));
-        let first = Store::open(directories[0].path(), &settings).await.expect("opens");
-        let second = Store::open(directories[1].path(), &settings).await.expect("opens");
+        let first = Store::open(directories[0].path(), &settings, Intent::Create).await.expect("opens");
+        let second = Store::open(directories[1].path(), &settings, Intent::Create).await.expect("opens");
         Self { handles: [first, second], _directories: directories }
     }
 
@@ -145,6 +150,14 @@ conformance! {
     deaths::a_busy_worker_makes_room_for_a_suspect_while_others_go_on,
     deaths::a_job_that_kills_its_process_alone_is_failed_with_a_diagnosis,
     deaths::a_job_that_is_cancelled_while_its_worker_is_dead_needs_no_worker,
+    background_work::a_recording_outlasts_kills_while_attempts_are_finished_between,
+    background_work::a_recording_that_kills_its_process_alone_waits_and_fails,
+    background_work::a_freeze_that_kills_its_process_alone_waits_and_fails,
+    background_work::a_freeze_that_fails_is_tried_again_after_a_delay_and_so_often,
+    background_work::a_new_file_of_a_version_is_progress,
+    background_work::a_pause_holds_datasets_and_recordings,
+    background_work::work_of_any_kind_beside_other_work_is_not_blamed,
+    background_work::suspects_of_any_kind_run_alone_in_their_process,
     stage_claims::a_claim_lasts_as_long_as_its_jobs_lease,
     stage_claims::of_many_jobs_one_gets_the_key,
     fences::a_lost_lease_refuses_every_write,
@@ -220,7 +233,7 @@ async fn a_database_of_a_newer_version_is_refused() {
     let url = test_postgres::database().await;
     for database in [DatabaseAddress::Sqlite, DatabaseAddress::Postgres(url)] {
         let settings = settings(database);
-        let store = Store::open(directory.path(), &settings).await.expect("opens");
+        let store = Store::open(directory.path(), &settings, Intent::Create).await.expect("opens");
         let insert = "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time)
                       SELECT 9999, 'newer', success, checksum, 0 FROM _sqlx_migrations WHERE version = 1";
         let newer = store.writer.write("pretend a newer version", move |connection| {
@@ -232,7 +245,7 @@ async fn a_database_of_a_newer_version_is_refused() {
         newer.await.expect("inserts");
         drop(store);
         let error = loop {
-            match Store::open(directory.path(), &settings).await {
+            match Store::open(directory.path(), &settings, Intent::Create).await {
                 // The writer's thread lets go of the lock a moment later.
                 Err(StoreError::Locked { .. }) => tokio::time::sleep(Duration::from_millis(10)).await,
                 Err(error) => break error,

@@ -14,6 +14,7 @@ use futures::future::BoxFuture;
 use sqlx::{AnyConnection, AnyPool};
 
 use super::outage::{Health, Part};
+use super::settings::Limits;
 use super::{Settings, StoreError};
 
 use postgres::PostgresWriter;
@@ -39,9 +40,21 @@ impl Writer {
         Ok(Self { database: Database::Sqlite(writer), health })
     }
 
-    /// A writer on the pool of a database that is migrated already.
-    pub(super) fn postgres(pool: AnyPool, health: Health) -> Self {
-        Self { database: Database::Postgres(PostgresWriter::new(pool, health.clone())), health }
+    /// A writer on the pool of a database that is migrated already, with the limits of a usual transaction, and of one
+    /// that takes long.
+    pub(super) fn postgres(pool: AnyPool, usual: Limits, unhurried: Limits, health: Health) -> Self {
+        let writer = PostgresWriter::new(pool, usual, unhurried, health.clone());
+        Self { database: Database::Postgres(writer), health }
+    }
+
+    /// The same writer, for transactions that may take long. SQLite has one writer, which others wait for: there,
+    /// transactions are kept small instead.
+    pub(super) fn unhurried(&self) -> Self {
+        let database = match &self.database {
+            Database::Sqlite(writer) => Database::Sqlite(writer.clone()),
+            Database::Postgres(writer) => Database::Postgres(writer.unhurried()),
+        };
+        Self { database, health: self.health.clone() }
     }
 
     /// Runs `body` in a transaction; `Ok` means it is committed, `Err` that it changed nothing. `body` runs again if

@@ -33,7 +33,7 @@ pub async fn database() -> String {
     static SERVER: OnceLock<String> = OnceLock::new();
     let url = SERVER.get_or_init(|| match std::env::var("TABLETOPGEN_TEST_POSTGRES_URL") {
         Ok(url) => url,
-        Err(_) => Server::start().unwrap_or_else(|reason| panic!("no PostgreSQL for this test: {reason}")),
+        Err(_) => started().url,
     });
     let name = format!("test_{}", Uuid::new_v4().simple());
     let mut connection = PgConnection::connect(url).await.expect("the test server answers");
@@ -43,6 +43,49 @@ pub async fn database() -> String {
         .expect("the user of the test server may create databases");
     connection.close().await.expect("the connection closes");
     with_database(url, &name)
+}
+
+fn started() -> Server {
+    Server::start().unwrap_or_else(|reason| panic!("no PostgreSQL for this test: {reason}"))
+}
+
+/// A server that no other test uses, so that it can be frozen.
+pub struct OwnServer {
+    /// The address of its database.
+    pub url: String,
+    server: Server,
+}
+
+/// A frozen server; dropping it lets the server go on.
+pub struct Frozen<'a>(&'a OwnServer);
+
+impl OwnServer {
+    /// Starts the server from installed programs; it lives as long as this process.
+    ///
+    /// # Panics
+    ///
+    /// Panics with the reason if none can be started.
+    pub async fn start() -> Self {
+        let server = started();
+        Self { url: server.url.clone(), server }
+    }
+
+    /// Stops every process of the server (`SIGSTOP`): connections stay open, and nothing answers.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the processes are not found.
+    pub fn freeze(&self) -> Frozen<'_> {
+        self.server.signal("STOP").expect("the server's processes are found");
+        Frozen(self)
+    }
+}
+
+impl Drop for Frozen<'_> {
+    fn drop(&mut self) {
+        // A server that stays frozen would outlive the test.
+        let _ = self.0.server.signal("CONT");
+    }
 }
 
 /// The address of another database of the same server.

@@ -1,7 +1,7 @@
 //! Start and end of the server.
 
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -22,11 +22,16 @@ wait "$server"
 rm -rf "$directory"
 "#;
 
-pub(crate) struct Server;
+/// A server that runs.
+pub(crate) struct Server {
+    /// The address of its first database.
+    pub(crate) url: String,
+    data: PathBuf,
+}
 
 impl Server {
-    /// Starts a server that lives as long as this process; returns the address of its first database.
-    pub(crate) fn start() -> Result<String, String> {
+    /// Starts a server that lives as long as this process.
+    pub(crate) fn start() -> Result<Self, String> {
         let programs_in = programs::directory()?;
         let directory = tempfile::Builder::new()
             .prefix("tabletopgen-postgres-")
@@ -53,7 +58,18 @@ impl Server {
             .map_err(|error| format!("cannot start the server: {error}"))?;
         std::mem::forget(child);
         wait_for(port, &log)?;
-        Ok(format!("postgres://postgres@127.0.0.1:{port}/postgres"))
+        Ok(Self { url: format!("postgres://postgres@127.0.0.1:{port}/postgres"), data })
+    }
+
+    /// Sends a signal to the server and to the processes of its connections.
+    pub(crate) fn signal(&self, signal: &str) -> Result<(), String> {
+        let note = self.data.join("postmaster.pid");
+        let text = std::fs::read_to_string(&note).map_err(|error| format!("{}: {error}", note.display()))?;
+        let server = text.lines().next().unwrap_or_default().to_owned();
+        // The server first, so that it starts no further process.
+        send(signal, &[server.clone()])?;
+        let children = children_of(&server)?;
+        send(signal, &children)
     }
 }
 
@@ -96,4 +112,25 @@ fn wait_for(port: u16, log: &Path) -> Result<(), String> {
         }
         std::thread::sleep(Duration::from_millis(50));
     }
+}
+
+/// Processes that a process started.
+fn children_of(parent: &str) -> Result<Vec<String>, String> {
+    let processes = std::fs::read_dir("/proc").map_err(|error| format!("/proc: {error}"))?;
+    let is_child = |id: &String| {
+        let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
+        // After the name in parentheses come the state and the parent.
+        stat.rsplit_once(')').and_then(|(_, rest)| rest.split_whitespace().nth(1)) == Some(parent)
+    };
+    let ids = processes.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    Ok(ids.filter(|name| name.bytes().all(|byte| byte.is_ascii_digit())).filter(is_child).collect())
+}
+
+fn send(signal: &str, processes: &[String]) -> Result<(), String> {
+    if processes.is_empty() {
+        return Ok(());
+    }
+    let sent = Command::new("kill").arg(format!("-{signal}")).args(processes).status();
+    // A connection may have ended meanwhile.
+    sent.map(|_| ()).map_err(|error| format!("cannot run kill: {error}"))
 }

@@ -167,18 +167,25 @@ pub const ROOT_MODULES: &[Layer] = &[
         ],
         &[SERVERS, CLIENTS, ROWS],
     ),
-    layer("worker", &["pipeline", "runtime", "scene", "spans", "store"], &[SERVERS, CLIENTS, ROWS]),
+    layer(
+        "worker",
+        &["background", "pipeline", "runtime", "scene", "spans", "store"],
+        &[SERVERS, CLIENTS, ROWS],
+    ),
     layer(
         "api",
         &["batches", "datasets", "freezer", "imaging", "runtime", "scene", "spans", "store"],
         &[CLIENTS, ROWS],
     ),
-    layer("freezer", &["datasets", "runtime", "scene", "store"], &[SERVERS, CLIENTS, ROWS]),
+    // Failed attempts wait by the worker's rules.
+    layer("freezer", &["datasets", "runtime", "scene", "store", "worker"], &[SERVERS, CLIENTS, ROWS]),
     layer(
         "recorder",
         &["datasets", "demonstrations", "episodes", "runtime", "scene", "store"],
         &[SERVERS, CLIENTS, ROWS],
     ),
+    // Starts loops that panicked again.
+    layer("background", &[], &[SERVERS, CLIENTS, ROWS]),
     // What requests and jobs say of themselves in the log and in traces.
     layer("spans", &["scene"], &[SERVERS, CLIENTS, ROWS, TASKS]),
     // Settings structs stand beside their algorithms; config only gathers them.

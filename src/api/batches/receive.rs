@@ -42,7 +42,7 @@ pub(super) async fn receive(
     {
         return if earlier_digest == body_digest.as_str() { Ok(id) } else { Err(key_reused()) };
     }
-    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await? {
+    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await {
         return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
     }
     let new = NewBatch { tenant_id: DEFAULT_TENANT.clone(), name, budget, idempotency_key: key, body_digest };

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use store::recordings::{
     AssemblyLease, AttemptLease, MadeAttempt, NewRecording, RecordingWork, SubmitRecordingOutcome,
 };
-use store::{DEFAULT_TENANT, Digest, Store};
+use store::{DEFAULT_TENANT, Digest, Intent, Store};
 use tabletopgen::app;
 
 use crate::harness::event_stream::{EventStream, SentEvent};
@@ -41,7 +41,7 @@ async fn ordered(store: &Store, wanted: u64) -> (RecordingId, String) {
 }
 
 async fn work(store: &Store) -> RecordingWork {
-    store.claim_recording("a", Duration::from_secs(60)).await.unwrap().expect("there is work").work
+    store.claim_recording("a", Duration::from_secs(60), 9).await.unwrap().expect("there is work").work
 }
 
 async fn attempt(store: &Store) -> AttemptLease {
@@ -203,7 +203,7 @@ async fn a_stream_tells_what_other_processes_do() {
     let [one, other] = directories;
     let service = app::service::start_api(&resolved, one.path()).await.unwrap();
     let server = Server::serving(Arc::new(one), service);
-    let worker = app::open(other.path(), &resolved.config).await.unwrap();
+    let worker = app::open(other.path(), &resolved.config, Intent::Create).await.unwrap();
     let (_, path) = ordered(server.store(), 1).await;
     let open = EventStream::open(server.service.address, &path, None);
     let (seen, open) = open.read(1).await;

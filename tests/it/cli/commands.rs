@@ -156,13 +156,40 @@ fn the_configuration_is_shown_with_its_origins() {
 }
 
 #[test]
-fn migrating_makes_a_data_directory() {
+fn migrating_makes_a_data_directory_when_it_is_told_to() {
     let home = tempfile::tempdir().unwrap();
-    for _ in 0..2 {
-        let done = run(home.path(), &["migrate", "--data-dir", "d"]);
+    for arguments in [&["migrate", "--create", "--data-dir", "d"][..], &["migrate", "--data-dir", "d"]] {
+        let done = run(home.path(), arguments);
         assert_eq!((done.status.code(), text(&done.stdout).as_str()), (Some(0), "d is up to date\n"));
     }
     assert!(home.path().join("d/tabletopgen.sqlite").exists());
+}
+
+/// Commands on existing data, with a data directory that is mistyped.
+#[test]
+fn a_mistyped_data_directory_is_an_error_and_is_not_created() {
+    let home = tempfile::tempdir().unwrap();
+    for command in [
+        &["sweep"][..],
+        &["sweep", "--dry-run"],
+        &["migrate"],
+        &["queue", "status"],
+        &["queue", "pause"],
+        &["queue", "resume"],
+        &["backup", "copy"],
+        &["restore", "--verify"],
+        &["restore", "--verify", "copy"],
+        &["restore", "copy"],
+    ] {
+        let done = run(home.path(), &[command, &["--data-dir", "daat"]].concat());
+        let says = text(&done.stderr);
+        assert_eq!(done.status.code(), Some(1), "{command:?}: {says}");
+        assert!(says.contains("no database of tabletopgen in"), "{command:?}: {says}");
+        let place = if command.contains(&"copy") && command[0] == "restore" { "copy" } else { "daat" };
+        assert!(says.contains(place) && says.contains("tabletopgen.sqlite"), "{command:?}: {says}");
+        let left: Vec<_> = std::fs::read_dir(home.path()).unwrap().collect();
+        assert!(left.is_empty(), "{command:?} leaves {left:?}");
+    }
 }
 
 /// A server process; killed when the test ends without stopping it.

@@ -11,7 +11,7 @@ use hyper_util::client::legacy::Client;
 use hyper_util::client::legacy::connect::HttpConnector;
 use hyper_util::rt::TokioExecutor;
 use serde_json::{Value, json};
-use store::Store;
+use store::{Intent, Store};
 use tabletopgen::app::service;
 use tabletopgen::app::service::Service;
 use tabletopgen::config::{Resolved, Sources, layers};
@@ -68,7 +68,9 @@ pub async fn settings_in(directory: &Path, set: &[(&str, &str)]) -> Resolved {
 
 /// The store of a data directory.
 pub async fn opened(directory: &Path) -> Store {
-    tabletopgen::app::open(directory, &settings_in(directory, &[]).await.config).await.expect("opens")
+    tabletopgen::app::open(directory, &settings_in(directory, &[]).await.config, Intent::Create)
+        .await
+        .expect("opens")
 }
 
 impl Server {

@@ -13,7 +13,7 @@ use gpu::Compute;
 use runtime::CpuPool;
 use scene::{SceneId, SceneRequest};
 use store::scenes::{NewScene, SubmitOutcome};
-use store::{DEFAULT_TENANT, Store, StoreError};
+use store::{DEFAULT_TENANT, Intent, Store, StoreError};
 use tabletopgen::app::{AppError, BACKEND};
 use tabletopgen::config::{Config, ConfigErrors, Resolved};
 use tabletopgen::pipeline::checkpoint::{CancelFlag, Checkpoints, JobScope, StageRuntime};
@@ -70,7 +70,7 @@ pub async fn opened(
     cancel: &CancelFlag,
     request: &SceneRequest,
 ) -> Result<Opened, AppError> {
-    let store = tabletopgen::app::open(data_dir, config).await?;
+    let store = tabletopgen::app::open(data_dir, config, Intent::Create).await?;
     let new = NewScene {
         tenant_id: DEFAULT_TENANT.clone(),
         parent_id: None,

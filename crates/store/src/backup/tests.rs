@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::json;
 
 use super::super::scenes::{NewScene, SceneFilter};
-use super::super::{BlobPlace, DEFAULT_TENANT};
+use super::super::{BlobPlace, DEFAULT_TENANT, Intent};
 use super::*;
 
 fn settings() -> Settings {
@@ -15,7 +15,7 @@ fn settings() -> Settings {
 
 /// A store with one scene, whose request names an image.
 async fn opened(directory: &Path) -> (Store, Digest) {
-    let store = Store::open(directory, &settings()).await.expect("opens");
+    let store = Store::open(directory, &settings(), Intent::Create).await.expect("opens");
     let image = store.blobs().put("image").await.expect("puts");
     submit(&store, &image).await;
     (store, image)
@@ -53,7 +53,7 @@ async fn a_backup_of_a_store_in_use_becomes_a_store() {
     assert_eq!(verify(&copy, &settings()).await.expect("reads").intact.blobs, 2);
     let report = restore(&copy, &again, &settings()).await.expect("restores");
     assert_eq!((report.copied.blobs, report.lost.len()), (2, 0));
-    let restored = Store::open(&again, &settings()).await.expect("opens");
+    let restored = Store::open(&again, &settings(), Intent::Create).await.expect("opens");
     let all = SceneFilter { limit: 10, ..SceneFilter::default() };
     assert_eq!(restored.scenes(&DEFAULT_TENANT, all).await.expect("reads").len(), 2);
     assert_eq!(restored.blobs().get(&image).await.expect("reads").as_deref(), Some(&b"image"[..]));

@@ -38,26 +38,33 @@ pub struct BatchMoney {
 impl Store {
     /// The account of each batch, in the same order.
     pub async fn batch_accounts(&self, batches: &[BatchRow]) -> Result<Vec<BatchAccount>, StoreError> {
-        let mut connection = self.readers.acquire().await?;
-        let at_ms = database::now_ms(&mut connection).await?;
-        let mut counts = counts(&mut connection, batches).await?;
-        let mut accounts = Vec::with_capacity(batches.len());
-        for batch in batches {
-            accounts.push(BatchAccount {
-                counts: counts.remove(batch.id.as_str()).unwrap_or_default(),
-                money: money(&mut connection, batch).await?,
-                pace: pace(&mut connection, batch, at_ms).await?,
-                at_ms,
-            });
-        }
-        Ok(accounts)
+        let read = async { accounts(&mut *self.readers.acquire().await?, batches).await };
+        self.readers.within_limit(read).await
     }
 
     /// How many requests are in each state.
     pub async fn batch_counts(&self, id: &BatchId) -> Result<RequestCounts, StoreError> {
-        let mut connection = self.readers.acquire().await?;
-        Ok(counts_of(&mut connection, &[id.as_str()]).await?.remove(id.as_str()).unwrap_or_default())
+        let read = async { counts_of(&mut *self.readers.acquire().await?, &[id.as_str()]).await };
+        Ok(self.readers.within_limit(read).await?.remove(id.as_str()).unwrap_or_default())
     }
+}
+
+async fn accounts(
+    connection: &mut AnyConnection,
+    batches: &[BatchRow],
+) -> Result<Vec<BatchAccount>, StoreError> {
+    let at_ms = database::now_ms(connection).await?;
+    let mut counts = counts(connection, batches).await?;
+    let mut accounts = Vec::with_capacity(batches.len());
+    for batch in batches {
+        accounts.push(BatchAccount {
+            counts: counts.remove(batch.id.as_str()).unwrap_or_default(),
+            money: money(connection, batch).await?,
+            pace: pace(connection, batch, at_ms).await?,
+            at_ms,
+        });
+    }
+    Ok(accounts)
 }
 
 async fn counts(

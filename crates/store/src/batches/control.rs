@@ -38,6 +38,7 @@ impl Store {
         let (tenant_id, id) = (tenant_id.clone(), id.clone());
         let cancelled = self
             .writer
+            .unhurried()
             .write("cancel a batch", move |connection| {
                 Box::pin(async move { cancel(connection, &tenant_id, &id).await })
             })
@@ -57,6 +58,7 @@ impl Store {
         let (tenant_id, id) = (tenant_id.clone(), id.clone());
         let retried = self
             .writer
+            .unhurried()
             .write("retry a batch", move |connection| {
                 Box::pin(async move { retry(connection, &tenant_id, &id, budget).await })
             })

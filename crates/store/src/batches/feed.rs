@@ -54,6 +54,7 @@ impl Store {
         let id = id.clone();
         let fed = self
             .writer
+            .unhurried()
             .write("feed a batch", move |connection| {
                 Box::pin(async move { feed(connection, &id, &rules).await })
             })

@@ -75,7 +75,8 @@ impl Store {
         tenant_id: &TenantId,
         key: &str,
     ) -> Result<Option<(BatchId, String)>, StoreError> {
-        by_key(&mut *self.readers.acquire().await?, tenant_id, key).await
+        let read = async { by_key(&mut *self.readers.acquire().await?, tenant_id, key).await };
+        self.readers.within_limit(read).await
     }
 
     /// Begins to receive a batch, which no query finds yet.
@@ -138,6 +139,7 @@ impl Store {
     pub async fn discard_batch(&self, id: &BatchId) -> Result<(), StoreError> {
         let id = id.clone();
         self.writer
+            .unhurried()
             .write("discard a batch", move |connection| {
                 Box::pin(async move { discard(connection, &id).await })
             })
@@ -146,7 +148,7 @@ impl Store {
 
     /// Removes batches whose reception was broken off; their number.
     pub(crate) async fn discard_abandoned_batches(&self) -> Result<u64, StoreError> {
-        let now = database::now_ms(&mut *self.readers.acquire().await?).await?;
+        let now = self.readers.now_ms().await?;
         let ids: Vec<String> =
             sqlx::query_scalar("SELECT id FROM batches WHERE state = 'receiving' AND created_at <= $1")
                 .bind(now - MAX_RECEIVING_MS)

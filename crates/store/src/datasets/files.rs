@@ -1,7 +1,7 @@
 //! Files of a version. Each is recorded as soon as its blob is there, so that no sweep takes the blob.
 
-use sqlx::Row;
 use sqlx::any::AnyRow;
+use sqlx::{AnyConnection, Row};
 
 use super::claim::guard;
 use super::{DatasetLease, DatasetRow};
@@ -50,6 +50,7 @@ impl Store {
             .write("record a file of a dataset", move |connection| {
                 Box::pin(async move {
                     guard(connection, &lease).await?;
+                    note_progress(connection, &lease, &file.path).await?;
                     sqlx::query(
                         "INSERT INTO dataset_files (dataset_id, path, digest, size, media_type) VALUES ($1, $2, $3, $4, $5)
                          ON CONFLICT (dataset_id, path) DO UPDATE
@@ -96,6 +97,23 @@ impl Store {
             })
             .await
     }
+}
+
+/// A file that no attempt has recorded before is progress: the current attempt is the first one since.
+async fn note_progress(
+    connection: &mut AnyConnection,
+    lease: &DatasetLease,
+    path: &str,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "UPDATE datasets SET attempt = 1, shared_deaths = 0, lone_deaths = 0
+         WHERE id = $1 AND NOT EXISTS (SELECT 1 FROM dataset_files WHERE dataset_id = $1 AND path = $2)",
+    )
+    .bind(lease.id.as_str())
+    .bind(path)
+    .execute(connection)
+    .await?;
+    Ok(())
 }
 
 fn file_of(row: &AnyRow) -> Result<DatasetFile, StoreError> {

@@ -124,7 +124,8 @@ async fn verify(
         return Ok(VerifyOutcome::NotFrozen(state));
     }
     sqlx::query(
-        "UPDATE datasets SET verify_state = 'queued', attempt = 0, steps_done = 0, steps_all = 0
+        "UPDATE datasets SET verify_state = 'queued', attempt = 0, steps_done = 0, steps_all = 0, not_before = 0,
+                             shared_deaths = 0, lone_deaths = 0
          WHERE id = $1 AND (verify_state IS NULL OR verify_state = 'finished')",
     )
     .bind(id.as_str())

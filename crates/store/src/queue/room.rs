@@ -8,10 +8,9 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use sqlx::AnyPool;
-
 use super::Settings;
-use crate::{StoreError, database};
+use crate::StoreError;
+use crate::readers::Readers;
 use scene::TenantId;
 
 /// How long a count is used.
@@ -47,19 +46,18 @@ impl Room {
     /// is none.
     pub(crate) async fn take(
         &self,
-        readers: &AnyPool,
+        readers: &Readers,
         tenant_id: &TenantId,
         settings: &Settings,
     ) -> Result<Result<i64, QueueFull>, StoreError> {
         if let Some(place) = self.take_counted(tenant_id, settings) {
             return Ok(Ok(place));
         }
-        let mut connection = readers.acquire().await?;
         let (all, own): (i64, i64) = sqlx::query_as(
             "SELECT COUNT(*), COUNT(CASE WHEN tenant_id = $1 THEN 1 END) FROM jobs WHERE state = 'queued'",
         )
         .bind(tenant_id.as_str())
-        .fetch_one(&mut *connection)
+        .fetch_one(readers)
         .await?;
         let limit = if own >= settings.max_jobs_per_tenant {
             settings.max_jobs_per_tenant
@@ -71,12 +69,12 @@ impl Room {
             return Ok(Ok(own + 1));
         };
         // One job has to leave the queue: the mean interval between the tenant's claims of the last ten minutes.
-        let now = database::now_ms(&mut connection).await?;
+        let now = readers.now_ms().await?;
         let claims: i64 =
             sqlx::query_scalar("SELECT COUNT(*) FROM jobs WHERE tenant_id = $1 AND claimed_at > $2")
                 .bind(tenant_id.as_str())
                 .bind(now - WINDOW_SECS * 1000)
-                .fetch_one(&mut *connection)
+                .fetch_one(readers)
                 .await?;
         Ok(Err(QueueFull { limit, retry_after_secs: (WINDOW_SECS / claims.max(1)).clamp(1, 60) }))
     }

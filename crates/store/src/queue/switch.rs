@@ -1,6 +1,7 @@
 //! The operator's switch: pauses claiming in every process that works on the database, until it is resumed.
 //!
-//! Paused workers finish the jobs they hold and claim no others. Submissions are accepted meanwhile.
+//! Paused processes finish the work they hold (jobs, datasets, attempts of recordings) and claim no other. Submissions
+//! are accepted meanwhile.
 
 use serde::Serialize;
 use sqlx::{AnyConnection, Row};
@@ -21,12 +22,24 @@ pub struct QueueStatus {
     pub suspects: i64,
     /// Jobs that a worker holds.
     pub active: i64,
-    /// Workers that hold jobs.
+    /// Workers that hold jobs, datasets or recordings.
     pub workers: i64,
+    /// Freezes and verifications.
+    pub datasets: BackgroundWork,
+    pub recordings: BackgroundWork,
     /// Age of the job that has waited longest, milliseconds.
     pub oldest_ms: Option<i64>,
     /// Jobs that failed in the last day because their process died again and again.
     pub poisoned: Vec<String>,
+}
+
+/// Work beside the jobs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct BackgroundWork {
+    /// That no process works on.
+    pub queued: i64,
+    /// That a process works on.
+    pub active: i64,
 }
 
 /// A pause of claiming.
@@ -78,11 +91,34 @@ pub(super) async fn status(connection: &mut AnyConnection) -> Result<QueueStatus
     .fetch_one(&mut *connection)
     .await?;
     let oldest: Option<i64> = row.try_get("oldest")?;
-    let (active, workers): (i64, i64) = sqlx::query_as(
-        "SELECT COUNT(*), COUNT(DISTINCT owner) FROM jobs WHERE state IN ('running', 'cancelling')",
+    let active: i64 =
+        sqlx::query_scalar("SELECT COUNT(*) FROM jobs WHERE state IN ('running', 'cancelling')")
+            .fetch_one(&mut *connection)
+            .await?;
+    let workers: i64 = sqlx::query_scalar(
+        "SELECT COUNT(*) FROM (
+             SELECT owner FROM jobs WHERE state IN ('running', 'cancelling') AND owner IS NOT NULL
+             UNION SELECT owner FROM datasets WHERE state = 'running' OR verify_state = 'running'
+             UNION SELECT owner FROM recordings WHERE owner IS NOT NULL
+             UNION SELECT owner FROM recording_attempts WHERE outcome IS NULL AND owner <> '') AS owners",
     )
     .fetch_one(&mut *connection)
     .await?;
+    let datasets = background(
+        connection,
+        "SELECT COUNT(CASE WHEN state = 'running' OR verify_state = 'running' THEN 1 END) AS active, COUNT(*) AS unfinished
+         FROM datasets WHERE state IN ('queued', 'running') OR verify_state IN ('queued', 'running')",
+    );
+    let datasets = datasets.await?;
+    let recordings = background(
+        connection,
+        "SELECT COUNT(CASE WHEN owner IS NOT NULL OR EXISTS (
+                    SELECT 1 FROM recording_attempts
+                    WHERE recording_id = recordings.id AND outcome IS NULL AND recording_attempts.owner <> '')
+                THEN 1 END) AS active, COUNT(*) AS unfinished
+         FROM recordings WHERE state IN ('queued', 'running')",
+    );
+    let recordings = recordings.await?;
     let poisoned = sqlx::query_scalar(
         "SELECT id FROM jobs WHERE failure_code = 'worker_crashed' AND finished_at > $1 ORDER BY id DESC LIMIT 100",
     )
@@ -96,7 +132,19 @@ pub(super) async fn status(connection: &mut AnyConnection) -> Result<QueueStatus
         suspects: row.try_get("suspects")?,
         active,
         workers,
+        datasets,
+        recordings,
         oldest_ms: oldest.map(|oldest| now - oldest),
         poisoned,
     })
+}
+
+async fn background(
+    connection: &mut AnyConnection,
+    query: &'static str,
+) -> Result<BackgroundWork, StoreError> {
+    let row = sqlx::query(query).fetch_one(connection).await?;
+    let active: i64 = row.try_get("active")?;
+    let unfinished: i64 = row.try_get("unfinished")?;
+    Ok(BackgroundWork { queued: unfinished - active, active })
 }

@@ -4,23 +4,18 @@
 //! ago. Within a tenant, ranks decide (see `schedule`). Jobs whose kind or request version this program does not know
 //! are left to newer workers, so that versions can work side by side.
 //!
-//! A job whose process died twice since its last new checkpoint runs alone (see `rescue`): a worker takes it only
-//! while it holds no other job, and takes no other while it holds it. A worker that is busy reserves it, takes no new
-//! job, and gets to it when its other jobs have ended; other busy workers go on meanwhile, an idle one takes it at
-//! once.
+//! A job whose process died twice since its last new checkpoint runs alone (see [`crate::deaths`]).
 
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use crate::database::Dialect;
-use crate::{StoreError, database};
+use crate::deaths::IS_SUSPECT;
+use crate::{StoreError, database, deaths};
 use scene::{JobId, SceneRequest};
 
 /// What a worker of this version may claim at `$1`, with requests of at most the version `$2`.
 const CLAIMABLE: &str = "state = 'queued' AND not_before <= $1 AND request_version <= $2
     AND kind IN ('generate', 'retry') AND (deadline_at IS NULL OR deadline_at > $1)";
-
-/// Time that a reservation lasts unless the worker asks again, milliseconds.
-const RESERVATION_MS: i64 = 10_000;
 
 /// The next job for `owner`, locked; `only` restricts the choice to one job and ignores pauses.
 pub(super) async fn next_job(
@@ -35,29 +30,20 @@ pub(super) async fn next_job(
     if is_paused(connection).await? {
         return Ok(None);
     }
-    let (held, held_alone): (i64, i64) = sqlx::query_as(
-        "SELECT COUNT(*), COUNT(CASE WHEN shared_deaths + lone_deaths >= 2 THEN 1 END)
-         FROM jobs WHERE owner = $1 AND state IN ('running', 'cancelling')",
-    )
-    .bind(owner)
-    .fetch_one(&mut *connection)
-    .await?;
-    if held_alone > 0 {
+    let hands = deaths::hands(connection, owner, now_ms).await?;
+    if hands.are_bound {
         return Ok(None);
     }
     if let Some(suspect) = suspect(connection, now_ms).await? {
-        if held == 0 {
-            return Ok(Some(suspect.job_id));
+        if hands.are_empty {
+            return Ok(Some(suspect));
         }
-        if suspect.reserved_by.is_none_or(|by| by == owner) || suspect.reserved_until <= now_ms {
-            sqlx::query("UPDATE jobs SET reserved_by = $1, reserved_until = $2 WHERE id = $3")
-                .bind(owner)
-                .bind(now_ms + RESERVATION_MS)
-                .bind(suspect.job_id.as_str())
-                .execute(connection)
-                .await?;
+        if deaths::reserve(connection, "jobs", suspect.as_str(), owner, now_ms).await? {
             return Ok(None);
         }
+    }
+    if hands.keep_free {
+        return Ok(None);
     }
     for tenant in waiting_tenants(connection).await? {
         if let Some(job_id) = first_of(connection, &tenant, now_ms).await? {
@@ -67,39 +53,28 @@ pub(super) async fn next_job(
     Ok(None)
 }
 
-/// Whether an operator has paused claiming.
-pub(super) async fn is_paused(connection: &mut AnyConnection) -> Result<bool, StoreError> {
+/// Whether an operator has paused claiming, of every kind of work.
+pub(crate) async fn is_paused(connection: &mut AnyConnection) -> Result<bool, StoreError> {
     let value: Option<String> = sqlx::query_scalar("SELECT value FROM switches WHERE name = 'claiming'")
         .fetch_optional(connection)
         .await?;
     Ok(value.as_deref() == Some("paused"))
 }
 
-struct Suspect {
-    job_id: JobId,
-    reserved_by: Option<String>,
-    reserved_until: i64,
-}
-
-/// The first job that has to run alone.
-async fn suspect(connection: &mut AnyConnection, now_ms: i64) -> Result<Option<Suspect>, StoreError> {
+/// The first job that has to run alone, locked.
+async fn suspect(connection: &mut AnyConnection, now_ms: i64) -> Result<Option<JobId>, StoreError> {
     let lock = Dialect::of(connection).lock_free_rows();
     let query = format!(
-        "SELECT id, reserved_by, reserved_until FROM jobs
-         WHERE {CLAIMABLE} AND shared_deaths + lone_deaths >= 2
+        "SELECT id FROM jobs
+         WHERE {CLAIMABLE} AND {IS_SUSPECT}
          ORDER BY COALESCE(rank_at, created_at), id LIMIT 1 {lock}"
     );
-    let row = sqlx::query(AssertSqlSafe(query))
+    let id: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
         .bind(now_ms)
         .bind(i64::from(SceneRequest::VERSION))
         .fetch_optional(connection)
         .await?;
-    let Some(row) = row else { return Ok(None) };
-    Ok(Some(Suspect {
-        job_id: database::id(&row, "jobs", "id")?,
-        reserved_by: row.try_get("reserved_by")?,
-        reserved_until: row.try_get("reserved_until")?,
-    }))
+    id.map(|id| database::parse_id(&id, "jobs")).transpose()
 }
 
 /// Tenants with waiting jobs, in the order of their turns.

@@ -110,7 +110,8 @@ impl Store {
                     .execute(&mut *connection)
                     .await?;
                     sqlx::query(
-                        "UPDATE recordings SET made = made + 1, successes = successes + $1 WHERE id = $2",
+                        "UPDATE recordings SET made = made + 1, successes = successes + $1, shared_deaths = 0, lone_deaths = 0
+                         WHERE id = $2",
                     )
                     .bind(i64::from(made.is_success()))
                     .bind(lease.id.as_str())
@@ -198,7 +199,8 @@ impl Store {
                     let Some(outcome) = outcome else { return Ok(()) };
                     sqlx::query(
                         "UPDATE recording_attempts
-                         SET outcome = NULL, detail = NULL, unit = NULL, made_at = NULL, lease_until = 0, tries = 0
+                         SET outcome = NULL, detail = NULL, unit = NULL, made_at = NULL, owner = '', token = '',
+                             lease_until = 0, tries = 0
                          WHERE recording_id = $1 AND number = $2",
                     )
                     .bind(lease.id.as_str())
@@ -207,7 +209,7 @@ impl Store {
                     .await?;
                     sqlx::query(
                         "UPDATE recordings SET made = made - 1, successes = successes - $1, owner = NULL, token = NULL,
-                                               lease_until = 0, tries = 0
+                                               lease_until = 0
                          WHERE id = $2",
                     )
                     .bind(i64::from(outcome == SUCCESS))

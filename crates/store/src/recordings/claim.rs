@@ -1,5 +1,5 @@
 //! The right of one process to make an attempt, or to assemble a dataset: claimed, renewed, and checked before every
-//! write.
+//! write. What becomes of work of dead processes stands in [`super::rescue`]; an operator's pause holds recordings too.
 
 use std::time::Duration;
 
@@ -8,15 +8,14 @@ use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use uuid::Uuid;
 
-use super::attempts::fail;
 use super::events::{append, ends_with};
+use super::rescue::rescue;
 use super::{RecordingEventKind, RecordingRow, RecordingState, count, recording_of, stored};
 use crate::database::Dialect;
-use crate::{Store, StoreError, database};
+use crate::deaths::IS_SUSPECT;
+use crate::{Store, StoreError, database, deaths, queue};
 use scene::RecordingId;
 
-/// Processes that may die over the same attempt, or over assembling, before the recording fails.
-const MAX_TRIES: i64 = 5;
 /// Attempts that are made at once for each episode that is missing: more would mostly be made in vain.
 const OPEN_PER_MISSING: u64 = 4;
 
@@ -51,12 +50,14 @@ pub struct RecordingClaim {
 }
 
 impl Store {
-    /// Claims work of the oldest recording that has some: an attempt whose process is dead, the next attempt, or
-    /// assembling.
+    /// Claims work of the oldest recording that has some: an attempt that was given back, the next attempt, or
+    /// assembling; after work of dead processes was given back. A recording that was alone in its process when that
+    /// died, `max_deaths` times without a finished attempt between, fails instead.
     pub async fn claim_recording(
         &self,
         owner: &str,
         lease: Duration,
+        max_deaths: u32,
     ) -> Result<Option<RecordingClaim>, StoreError> {
         let waiting: Option<i64> = sqlx::query_scalar(
             "SELECT CAST(1 AS BIGINT) FROM recordings WHERE state IN ('queued', 'running') LIMIT 1",
@@ -71,16 +72,15 @@ impl Store {
             .writer
             .write("claim work of a recording", move |connection| {
                 Box::pin(async move {
-                    let claimant = Claimant { owner, until_ms: milliseconds(lease), is_shared };
-                    let mut is_change = false;
-                    loop {
-                        match claimant.claim(connection).await? {
-                            Claimed::Work(claim) => return Ok((Some(*claim), is_change)),
-                            Claimed::Change(claim) => return Ok((Some(*claim), true)),
-                            Claimed::Nothing => return Ok((None, is_change)),
-                            Claimed::GaveUp => is_change = true,
-                        }
-                    }
+                    let now = database::now_ms(connection).await?;
+                    let max_deaths = i64::from(max_deaths);
+                    let failed = rescue(connection, &owner, max_deaths, is_shared, now).await?;
+                    let claimant = Claimant { owner, until_ms: now + milliseconds(lease), now_ms: now };
+                    Ok(match claimant.claim(connection).await? {
+                        Claimed::Work(claim) => (Some(*claim), failed > 0),
+                        Claimed::Change(claim) => (Some(*claim), true),
+                        Claimed::Nothing => (None, failed > 0),
+                    })
                 })
             })
             .await?;
@@ -122,7 +122,7 @@ impl Store {
                 Box::pin(async move {
                     sqlx::query(
                         "UPDATE recording_attempts
-                         SET lease_until = 0, tries = CASE WHEN tries > 0 THEN tries - 1 ELSE 0 END
+                         SET owner = '', token = '', lease_until = 0, tries = CASE WHEN tries > 0 THEN tries - 1 ELSE 0 END
                          WHERE recording_id = $1 AND number = $2 AND token = $3 AND outcome IS NULL",
                     )
                     .bind(lease.id.as_str())
@@ -169,9 +169,7 @@ impl Store {
             .write("give assembling back", move |connection| {
                 Box::pin(async move {
                     sqlx::query(
-                        "UPDATE recordings SET owner = NULL, token = NULL, lease_until = 0,
-                                               tries = CASE WHEN tries > 0 THEN tries - 1 ELSE 0 END
-                         WHERE id = $1 AND token = $2",
+                        "UPDATE recordings SET owner = NULL, token = NULL, lease_until = 0 WHERE id = $1 AND token = $2",
                     )
                     .bind(lease.id.as_str())
                     .bind(&lease.token)
@@ -191,114 +189,132 @@ enum Claimed {
     /// The same, which an event tells of.
     Change(Box<RecordingClaim>),
     Nothing,
-    /// A recording failed, as processes died over it; there may be another one.
-    GaveUp,
 }
 
 struct Claimant {
     owner: String,
+    now_ms: i64,
+    /// The end of what it claims.
     until_ms: i64,
-    is_shared: bool,
 }
 
 impl Claimant {
-    /// What holds for a lease that has ended; `$1` is the time, `$2` this process. In a file of one process the leases
-    /// of other owners are those of dead ones.
-    fn dead(&self, table: &str) -> String {
-        match self.is_shared {
-            true => format!("({table}.lease_until <= $1 AND $2 IS NOT NULL)"),
-            false => format!("({table}.lease_until <= $1 OR {table}.owner <> $2)"),
+    async fn claim(&self, connection: &mut AnyConnection) -> Result<Claimed, StoreError> {
+        if queue::is_paused(connection).await? {
+            return Ok(Claimed::Nothing);
+        }
+        let hands = deaths::hands(connection, &self.owner, self.now_ms).await?;
+        if hands.are_bound {
+            return Ok(Claimed::Nothing);
+        }
+        if let Some(row) = self.waiting(connection, IS_SUSPECT).await? {
+            if hands.are_empty {
+                return self.take(connection, &row).await;
+            }
+            let id: RecordingId = database::id(&row, "recordings", "id")?;
+            if deaths::reserve(connection, "recordings", id.as_str(), &self.owner, self.now_ms).await? {
+                return Ok(Claimed::Nothing);
+            }
+        }
+        if hands.keep_free {
+            return Ok(Claimed::Nothing);
+        }
+        match self.waiting(connection, "shared_deaths + lone_deaths < 2").await? {
+            Some(row) => self.take(connection, &row).await,
+            None => Ok(Claimed::Nothing),
         }
     }
 
-    async fn claim(&self, connection: &mut AnyConnection) -> Result<Claimed, StoreError> {
-        let now = database::now_ms(connection).await?;
+    /// The oldest recording that has work to be taken, locked.
+    async fn waiting(
+        &self,
+        connection: &mut AnyConnection,
+        condition: &str,
+    ) -> Result<Option<AnyRow>, StoreError> {
         let lock = Dialect::of(connection).lock();
         let query = format!(
             "SELECT * FROM recordings
-             WHERE state IN ('queued', 'running')
+             WHERE state IN ('queued', 'running') AND not_before <= $1 AND {condition}
                AND ((successes < wanted AND begun < max_attempts
                      AND begun - made < {OPEN_PER_MISSING} * (wanted - successes))
-                    OR (made = begun AND (token IS NULL OR {}))
+                    OR (made = begun AND token IS NULL)
                     OR EXISTS (SELECT 1 FROM recording_attempts AS attempt
-                               WHERE attempt.recording_id = recordings.id AND attempt.outcome IS NULL AND {}))
-             ORDER BY id LIMIT 1 {lock}",
-            self.dead("recordings"),
-            self.dead("attempt"),
+                               WHERE attempt.recording_id = recordings.id AND attempt.outcome IS NULL
+                                 AND attempt.owner = ''))
+             ORDER BY id LIMIT 1 {lock}"
         );
-        let row = sqlx::query(AssertSqlSafe(query))
-            .bind(now)
-            .bind(&self.owner)
-            .fetch_optional(&mut *connection)
-            .await?;
-        let Some(row) = row else { return Ok(Claimed::Nothing) };
-        let recording = recording_of(&row)?;
-        if let Some(claimed) = self.abandoned(connection, now, &recording).await? {
+        Ok(sqlx::query(AssertSqlSafe(query)).bind(self.now_ms).fetch_optional(connection).await?)
+    }
+
+    /// Work of a recording, if there is some.
+    async fn take(&self, connection: &mut AnyConnection, row: &AnyRow) -> Result<Claimed, StoreError> {
+        let recording = recording_of(row)?;
+        if let Some(claimed) = self.given_back(connection, &recording).await? {
             return Ok(claimed);
         }
-        let begun = count(&row, "begun")?;
+        let begun = count(row, "begun")?;
         let open = begun.saturating_sub(recording.made);
         let missing = recording.wanted.saturating_sub(recording.successes);
         if missing > 0 && begun < recording.max_attempts {
             return match open < OPEN_PER_MISSING * missing {
-                true => self.next(connection, now, recording, begun).await,
+                true => self.next(connection, recording, begun).await,
                 false => Ok(Claimed::Nothing),
             };
         }
-        if open > 0 {
+        // What was read first may have changed since, until the lock was there.
+        let is_assembled = row.try_get::<Option<String>, _>("token")?.is_some();
+        if open > 0 || is_assembled {
             return Ok(Claimed::Nothing);
         }
-        self.assembly(connection, now, recording, &row).await
+        self.assembly(connection, recording).await
     }
 
-    /// An attempt whose process is dead.
-    async fn abandoned(
+    /// An attempt that was given back.
+    async fn given_back(
         &self,
         connection: &mut AnyConnection,
-        now: i64,
         recording: &RecordingRow,
     ) -> Result<Option<Claimed>, StoreError> {
-        let query = format!(
-            "SELECT number, tries FROM recording_attempts
-             WHERE recording_id = $3 AND outcome IS NULL AND {} ORDER BY number LIMIT 1",
-            self.dead("recording_attempts")
-        );
-        let row = sqlx::query(AssertSqlSafe(query))
-            .bind(now)
-            .bind(&self.owner)
-            .bind(recording.id.as_str())
-            .fetch_optional(&mut *connection)
-            .await?;
+        let row = sqlx::query(
+            "SELECT number FROM recording_attempts
+             WHERE recording_id = $1 AND outcome IS NULL AND owner = '' ORDER BY number LIMIT 1",
+        )
+        .bind(recording.id.as_str())
+        .fetch_optional(&mut *connection)
+        .await?;
         let Some(row) = row else { return Ok(None) };
         let number = count(&row, "number")?;
-        if row.try_get::<i64, _>("tries")? >= MAX_TRIES {
-            let message =
-                format!("the processes that made attempt {number} died; see their logs, then order it again");
-            fail(connection, &recording.id, "interrupted_too_often", &message).await?;
-            return Ok(Some(Claimed::GaveUp));
-        }
         let token = Uuid::new_v4().to_string();
         sqlx::query(
-            "UPDATE recording_attempts SET owner = $1, token = $2, lease_until = $3, tries = tries + 1
+            "UPDATE recording_attempts SET owner = $1, token = $2, lease_until = $3, tries = tries + 1, was_beside = 0
              WHERE recording_id = $4 AND number = $5",
         )
         .bind(&self.owner)
         .bind(&token)
-        .bind(now + self.until_ms)
+        .bind(self.until_ms)
         .bind(recording.id.as_str())
         .bind(stored(number))
-        .execute(connection)
+        .execute(&mut *connection)
         .await?;
+        self.note_taken(connection, &recording.id).await?;
         let lease = AttemptLease { id: recording.id.clone(), number, token };
         let claim = RecordingClaim { recording: recording.clone(), work: RecordingWork::Attempt(lease) };
         Ok(Some(Claimed::Work(Box::new(claim))))
+    }
+
+    /// Ends the reservation of a recording that was taken.
+    async fn note_taken(&self, connection: &mut AnyConnection, id: &RecordingId) -> Result<(), StoreError> {
+        sqlx::query("UPDATE recordings SET reserved_by = NULL WHERE id = $1 AND reserved_by IS NOT NULL")
+            .bind(id.as_str())
+            .execute(connection)
+            .await?;
+        Ok(())
     }
 
     /// The next attempt.
     async fn next(
         &self,
         connection: &mut AnyConnection,
-        now: i64,
         recording: RecordingRow,
         number: u64,
     ) -> Result<Claimed, StoreError> {
@@ -311,20 +327,21 @@ impl Claimant {
         .bind(stored(number))
         .bind(&self.owner)
         .bind(&token)
-        .bind(now + self.until_ms)
+        .bind(self.until_ms)
         .execute(&mut *connection)
         .await?;
         let row = sqlx::query(
-            "UPDATE recordings SET begun = begun + 1, state = 'running', started_at = COALESCE(started_at, $1)
+            "UPDATE recordings SET begun = begun + 1, state = 'running', started_at = COALESCE(started_at, $1),
+                                   reserved_by = NULL
              WHERE id = $2 RETURNING *",
         )
-        .bind(now)
+        .bind(self.now_ms)
         .bind(recording.id.as_str())
         .fetch_one(&mut *connection)
         .await?;
         let is_first = recording.state == RecordingState::Queued;
         if is_first {
-            append(connection, &recording.id, now, RecordingEventKind::Running, Map::new()).await?;
+            append(connection, &recording.id, self.now_ms, RecordingEventKind::Running, Map::new()).await?;
         }
         let lease = AttemptLease { id: recording.id, number, token };
         let claim = RecordingClaim { recording: recording_of(&row)?, work: RecordingWork::Attempt(lease) };
@@ -334,30 +351,24 @@ impl Claimant {
     async fn assembly(
         &self,
         connection: &mut AnyConnection,
-        now: i64,
         recording: RecordingRow,
-        row: &AnyRow,
     ) -> Result<Claimed, StoreError> {
-        if row.try_get::<i64, _>("tries")? >= MAX_TRIES {
-            let message =
-                "the processes that assembled its dataset died; see their logs, then order it again";
-            fail(connection, &recording.id, "interrupted_too_often", message).await?;
-            return Ok(Claimed::GaveUp);
-        }
         let token = Uuid::new_v4().to_string();
         sqlx::query(
-            "UPDATE recordings SET owner = $1, token = $2, lease_until = $3, tries = tries + 1 WHERE id = $4",
+            "UPDATE recordings SET owner = $1, token = $2, lease_until = $3, was_beside = 0, reserved_by = NULL
+             WHERE id = $4",
         )
         .bind(&self.owner)
         .bind(&token)
-        .bind(now + self.until_ms)
+        .bind(self.until_ms)
         .bind(recording.id.as_str())
         .execute(&mut *connection)
         .await?;
         // Which process assembles is of no interest: one event tells of it, however often it is begun.
         let is_repetition = ends_with(connection, &recording.id, RecordingEventKind::Assembling).await?;
         if !is_repetition {
-            append(connection, &recording.id, now, RecordingEventKind::Assembling, Map::new()).await?;
+            append(connection, &recording.id, self.now_ms, RecordingEventKind::Assembling, Map::new())
+                .await?;
         }
         let lease = AssemblyLease { id: recording.id.clone(), token };
         let claim = Box::new(RecordingClaim { recording, work: RecordingWork::Assembly(lease) });

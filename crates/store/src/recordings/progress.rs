@@ -39,7 +39,8 @@ impl Store {
         &self,
         recording: &RecordingRow,
     ) -> Result<RecordingProgress, StoreError> {
-        progress(&mut *self.readers.acquire().await?, recording).await
+        let read = async { progress(&mut *self.readers.acquire().await?, recording).await };
+        self.readers.within_limit(read).await
     }
 }
 

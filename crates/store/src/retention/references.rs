@@ -2,9 +2,10 @@
 //!
 //! Rows of `bundle_files` have digests too, but no blobs: their bytes lie in the archive.
 
-use sqlx::{AnyPool, Row};
+use sqlx::Row;
 
 use super::super::checkpoints::read_artifacts;
+use super::super::readers::Readers;
 use super::{Digest, StoreError};
 
 /// Rows of one query.
@@ -31,13 +32,13 @@ pub enum ReferenceKind {
 }
 
 /// About how many references there are.
-pub(super) async fn estimate(pool: &AnyPool) -> Result<u64, StoreError> {
+pub(super) async fn estimate(readers: &Readers) -> Result<u64, StoreError> {
     let count: i64 = sqlx::query_scalar(
         "SELECT CAST((SELECT COUNT(*) FROM artifacts) + 4 * (SELECT COUNT(*) FROM checkpoints)
                    + (SELECT COUNT(*) FROM bundle_archives) + (SELECT COUNT(*) FROM dataset_files)
                    + (SELECT COUNT(*) FROM recording_attempts) + 4 * (SELECT COUNT(*) FROM recording_archives) AS BIGINT)",
     )
-    .fetch_one(pool)
+    .fetch_one(readers)
     .await?;
     Ok(count.max(0) as u64)
 }
@@ -45,20 +46,19 @@ pub(super) async fn estimate(pool: &AnyPool) -> Result<u64, StoreError> {
 /// Visits every reference; several rows may refer to the same blob. A row that is added meanwhile may be passed over:
 /// its blob was put a moment ago, or another row refers to it.
 pub(crate) async fn for_each_reference(
-    pool: &AnyPool,
+    readers: &Readers,
     mut visit: impl FnMut(ReferenceKind, Digest) + Send,
 ) -> Result<(), StoreError> {
     let (mut tenant, mut key) = (String::new(), String::new());
     loop {
         let rows = sqlx::query(
             "SELECT tenant_id, key, output, artifacts FROM checkpoints
-             WHERE tenant_id > $1 OR (tenant_id = $2 AND key > $3) ORDER BY tenant_id, key LIMIT $4",
+             WHERE (tenant_id, key) > ($1, $2) ORDER BY tenant_id, key LIMIT $3",
         )
-        .bind(&tenant)
         .bind(&tenant)
         .bind(&key)
         .bind(PAGE_ROWS)
-        .fetch_all(pool)
+        .fetch_all(readers)
         .await?;
         let Some(last) = rows.last() else { break };
         (tenant, key) = (last.try_get("tenant_id")?, last.try_get("key")?);
@@ -80,16 +80,15 @@ pub(crate) async fn for_each_reference(
     ] {
         let sql = format!(
             "SELECT {owner} AS owner, {name} AS name, digest FROM {table}
-             WHERE {owner} > $1 OR ({owner} = $2 AND {name} > $3) ORDER BY {owner}, {name} LIMIT $4"
+             WHERE ({owner}, {name}) > ($1, $2) ORDER BY {owner}, {name} LIMIT $3"
         );
         let (mut owner, mut name) = (String::new(), String::new());
         loop {
             let rows = sqlx::query(sqlx::AssertSqlSafe(sql.as_str()))
                 .bind(&owner)
-                .bind(&owner)
                 .bind(&name)
                 .bind(PAGE_ROWS)
-                .fetch_all(pool)
+                .fetch_all(readers)
                 .await?;
             let Some(last) = rows.last() else { break };
             (owner, name) = (last.try_get("owner")?, last.try_get("name")?);
@@ -98,7 +97,7 @@ pub(crate) async fn for_each_reference(
             }
         }
     }
-    recordings(pool, &mut visit).await?;
+    recordings(readers, &mut visit).await?;
     let mut call: i64 = 0;
     loop {
         let rows = sqlx::query(
@@ -107,7 +106,7 @@ pub(crate) async fn for_each_reference(
         )
         .bind(call)
         .bind(PAGE_ROWS)
-        .fetch_all(pool)
+        .fetch_all(readers)
         .await?;
         let Some(last) = rows.last() else { break };
         call = last.try_get("id")?;
@@ -127,7 +126,7 @@ pub(crate) async fn for_each_reference(
         )
         .bind(&scene)
         .bind(PAGE_ROWS)
-        .fetch_all(pool)
+        .fetch_all(readers)
         .await?;
         let Some(last) = rows.last() else { break };
         scene = last.try_get("id")?;
@@ -141,12 +140,12 @@ pub(crate) async fn for_each_reference(
 
 /// References of recordings: the bundle of one that is not ended, its episodes, and the parts of its dataset.
 async fn recordings(
-    pool: &AnyPool,
+    readers: &Readers,
     visit: &mut (impl FnMut(ReferenceKind, Digest) + Send),
 ) -> Result<(), StoreError> {
     let bundles: Vec<String> =
         sqlx::query_scalar("SELECT bundle FROM recordings WHERE state IN ('queued', 'running')")
-            .fetch_all(pool)
+            .fetch_all(readers)
             .await?;
     for bundle in bundles {
         visit(ReferenceKind::Bundle, Digest::parse(&bundle)?);
@@ -155,14 +154,13 @@ async fn recordings(
     loop {
         let rows = sqlx::query(
             "SELECT recording_id, number, unit FROM recording_attempts
-             WHERE unit IS NOT NULL AND (recording_id > $1 OR (recording_id = $2 AND number > $3))
-             ORDER BY recording_id, number LIMIT $4",
+             WHERE (recording_id, number) > ($1, $2) AND unit IS NOT NULL
+             ORDER BY recording_id, number LIMIT $3",
         )
-        .bind(&recording)
         .bind(&recording)
         .bind(number)
         .bind(PAGE_ROWS)
-        .fetch_all(pool)
+        .fetch_all(readers)
         .await?;
         let Some(last) = rows.last() else { break };
         (recording, number) = (last.try_get("recording_id")?, last.try_get::<i64, _>("number")?);
@@ -174,13 +172,12 @@ async fn recordings(
     loop {
         let rows = sqlx::query(
             "SELECT recording_id, format, parts FROM recording_archives
-             WHERE recording_id > $1 OR (recording_id = $2 AND format > $3) ORDER BY recording_id, format LIMIT $4",
+             WHERE (recording_id, format) > ($1, $2) ORDER BY recording_id, format LIMIT $3",
         )
-        .bind(&recording)
         .bind(&recording)
         .bind(&format)
         .bind(PAGE_ROWS)
-        .fetch_all(pool)
+        .fetch_all(readers)
         .await?;
         let Some(last) = rows.last() else { break };
         (recording, format) = (last.try_get("recording_id")?, last.try_get("format")?);

@@ -38,7 +38,7 @@ impl Store {
         settings: &RetentionSettings,
         report: &mut SweepReport,
     ) -> Result<(), StoreError> {
-        let now = database::now_ms(&mut *self.readers.acquire().await?).await?;
+        let now = self.readers.now_ms().await?;
         // The beginning of time finds nothing.
         let before = |hours: u64| match i64::try_from(hours) {
             Ok(0) => i64::MIN / 2,
@@ -47,14 +47,18 @@ impl Store {
         };
         let dry_run = report.is_dry_run;
 
-        let expired = "state <> 'deleted' AND expires_at IS NOT NULL AND expires_at <= $1";
-        report.expired_scenes = self.each_scene(expired, now, dry_run, Treatment::Delete).await?;
+        let expired = Selection {
+            condition: "state <> 'deleted' AND expires_at IS NOT NULL AND expires_at <= $1".to_owned(),
+            time: "expires_at",
+        };
+        report.expired_scenes = self.each_scene(&expired, now, dry_run, Treatment::Delete).await?;
 
         // All deleted scenes, whatever the time.
-        let deleted = format!("state = 'deleted' AND stripped_at IS NULL AND updated_at <= $1 AND {IS_IDLE}");
-        let finished = format!(
-            "state IN ('ready', 'failed') AND stripped_at IS NULL AND updated_at <= $1 AND {IS_IDLE}"
-        );
+        let deleted =
+            Selection::unchanged_since(&format!("state = 'deleted' AND stripped_at IS NULL AND {IS_IDLE}"));
+        let finished = Selection::unchanged_since(&format!(
+            "state IN ('ready', 'failed') AND stripped_at IS NULL AND {IS_IDLE}"
+        ));
         report.stripped_scenes = self.each_scene(&deleted, i64::MAX, dry_run, Treatment::Strip).await?
             + self
                 .each_scene(&finished, before(settings.intermediate_hours), dry_run, Treatment::Strip)
@@ -64,21 +68,21 @@ impl Store {
         report.orphaned_checkpoints =
             self.remove_orphaned_checkpoints(now.saturating_sub(grace_ms), dry_run).await?;
 
-        let quarantined = format!(
-            "state = 'failed' AND failure_code = 'quarantined' AND updated_at <= $1 AND {IS_IDLE}
+        let quarantined = Selection::unchanged_since(&format!(
+            "state = 'failed' AND failure_code = 'quarantined' AND {IS_IDLE}
              AND EXISTS (SELECT 1 FROM bundle_archives WHERE bundle_archives.scene_id = scenes.id)"
-        );
+        ));
         report.quarantined_bundles = self
             .each_scene(&quarantined, before(settings.quarantined_hours), dry_run, Treatment::RemoveBundle)
             .await?;
 
         report.idempotency_keys = self.remove_idempotency_keys(now, dry_run).await?;
 
-        let purged = format!(
-            "state = 'deleted' AND stripped_at IS NOT NULL AND updated_at <= $1 AND {IS_IDLE}
+        let purged = Selection::unchanged_since(&format!(
+            "state = 'deleted' AND stripped_at IS NOT NULL AND {IS_IDLE}
              AND NOT EXISTS (SELECT 1 FROM idempotency WHERE idempotency.scene_id = scenes.id)
              AND NOT EXISTS (SELECT 1 FROM scenes AS child WHERE child.parent_id = scenes.id)"
-        );
+        ));
         let end =
             now.saturating_sub(i64::try_from(settings.deleted_hours).unwrap_or(i64::MAX / HOUR_MS) * HOUR_MS);
         report.purged_scenes = self.each_scene(&purged, end, dry_run, Treatment::Purge).await?;
@@ -112,33 +116,39 @@ impl Store {
         }
     }
 
-    /// Treats every scene that the condition holds for, with `$1` = `time_ms`; their number.
+    /// Treats every selected scene, with `$1` = `time_ms`; their number. Pages follow the index of the selection's time.
     async fn each_scene(
         &self,
-        condition: &str,
+        selection: &Selection,
         time_ms: i64,
         dry_run: bool,
         treatment: Treatment,
     ) -> Result<u64, StoreError> {
-        let sql = format!("SELECT id FROM scenes WHERE ({condition}) AND id > $2 ORDER BY id LIMIT $3");
-        let (mut last, mut count) = (String::new(), 0);
+        let Selection { condition, time } = selection;
+        let sql = format!(
+            "SELECT id, {time} AS time FROM scenes
+             WHERE ({condition}) AND ({time}, id) > ($2, $3) ORDER BY {time}, id LIMIT $4"
+        );
+        let (readers, writer) = (self.readers.unhurried(), self.writer.unhurried());
+        let (mut last, mut last_ms, mut count) = (String::new(), i64::MIN, 0);
         loop {
-            let ids: Vec<String> = sqlx::query_scalar(AssertSqlSafe(sql.as_str()))
+            let rows = sqlx::query(AssertSqlSafe(sql.as_str()))
                 .bind(time_ms)
+                .bind(last_ms)
                 .bind(&last)
                 .bind(PAGE_SCENES)
-                .fetch_all(&self.readers)
+                .fetch_all(&readers)
                 .await?;
-            let Some(newest) = ids.last() else { return Ok(count) };
-            last.clone_from(newest);
+            let Some(newest) = rows.last() else { return Ok(count) };
+            (last, last_ms) = (newest.try_get("id")?, newest.try_get("time")?);
             if dry_run {
-                count += ids.len() as u64;
+                count += rows.len() as u64;
                 continue;
             }
-            for id in ids {
+            for row in rows {
                 let check = format!("SELECT tenant_id, state FROM scenes WHERE ({condition}) AND id = $2");
-                let id: SceneId = database::parse_id(&id, "scenes")?;
-                let treated = self.writer.write("remove rows of a scene", move |connection| {
+                let id: SceneId = database::id(&row, "scenes", "id")?;
+                let treated = writer.write("remove rows of a scene", move |connection| {
                     let (check, id) = (check.clone(), id.clone());
                     Box::pin(async move { treat(connection, &check, time_ms, &id, treatment).await })
                 });
@@ -147,35 +157,55 @@ impl Store {
         }
     }
 
-    /// Removes checkpoints that no stage of any job names: an upgrade gave the stages of a running job other keys.
+    /// Removes checkpoints that no stage of any job names: an upgrade gave the stages of a running job other keys. Readers
+    /// look for them, a page at a time, so that the writer does not wait for the search.
     async fn remove_orphaned_checkpoints(&self, before_ms: i64, dry_run: bool) -> Result<u64, StoreError> {
         const IS_ORPHAN: &str = "created_at <= $1
             AND NOT EXISTS (SELECT 1 FROM stages WHERE stages.key = checkpoints.key)";
-        if dry_run {
-            let sql = format!("SELECT COUNT(*) FROM checkpoints WHERE {IS_ORPHAN}");
-            let count: i64 =
-                sqlx::query_scalar(AssertSqlSafe(sql)).bind(before_ms).fetch_one(&self.readers).await?;
-            return Ok(count.max(0) as u64);
-        }
-        // The time stands twice, so that it is compared again for a row that changed meanwhile.
-        let sql = format!(
-            "DELETE FROM checkpoints WHERE created_at <= $1 AND (tenant_id, key) IN
-               (SELECT tenant_id, key FROM checkpoints WHERE {IS_ORPHAN} LIMIT {PAGE_KEYS})"
+        let page = format!(
+            "SELECT tenant_id, key, CASE WHEN {IS_ORPHAN} THEN 1 ELSE 0 END AS is_orphan FROM checkpoints
+             WHERE (tenant_id, key) > ($2, $3) ORDER BY tenant_id, key LIMIT $4"
         );
-        let mut count = 0;
+        let removal = format!("DELETE FROM checkpoints WHERE tenant_id = $2 AND key = $3 AND {IS_ORPHAN}");
+        let (readers, writer) = (self.readers.unhurried(), self.writer.unhurried());
+        let (mut tenant, mut key, mut count) = (String::new(), String::new(), 0);
         loop {
-            let sql = sql.clone();
-            let removed = self.writer.write("remove checkpoints", move |connection| {
+            let rows = sqlx::query(AssertSqlSafe(page.as_str()))
+                .bind(before_ms)
+                .bind(&tenant)
+                .bind(&key)
+                .bind(PAGE_KEYS)
+                .fetch_all(&readers)
+                .await?;
+            let Some(last) = rows.last() else { return Ok(count) };
+            (tenant, key) = (last.try_get("tenant_id")?, last.try_get("key")?);
+            let mut orphans: Vec<(String, String)> = Vec::new();
+            for row in &rows {
+                if row.try_get::<i64, _>("is_orphan")? != 0 {
+                    orphans.push((row.try_get("tenant_id")?, row.try_get("key")?));
+                }
+            }
+            if dry_run || orphans.is_empty() {
+                count += orphans.len() as u64;
+                continue;
+            }
+            let removal = removal.clone();
+            let removed = writer.write("remove checkpoints", move |connection| {
                 Box::pin(async move {
-                    let done = sqlx::query(AssertSqlSafe(sql)).bind(before_ms).execute(connection).await?;
-                    Ok(done.rows_affected())
+                    let mut removed = 0;
+                    for (tenant, key) in &orphans {
+                        let done = sqlx::query(AssertSqlSafe(removal.as_str()))
+                            .bind(before_ms)
+                            .bind(tenant)
+                            .bind(key)
+                            .execute(&mut *connection)
+                            .await?;
+                        removed += done.rows_affected();
+                    }
+                    Ok(removed)
                 })
             });
-            let removed = removed.await?;
-            count += removed;
-            if removed < PAGE_KEYS as u64 {
-                return Ok(count);
-            }
+            count += removed.await?;
         }
     }
 
@@ -208,6 +238,21 @@ impl Store {
                 return Ok(count);
             }
         }
+    }
+}
+
+/// Scenes that a sweep treats.
+struct Selection {
+    /// On a row of `scenes`, with the time `$1`.
+    condition: String,
+    /// The column that the condition compares with the time, which has an index.
+    time: &'static str,
+}
+
+impl Selection {
+    /// Scenes that the condition holds for and that have not changed since the time.
+    fn unchanged_since(condition: &str) -> Self {
+        Self { condition: format!("{condition} AND updated_at <= $1"), time: "updated_at" }
     }
 }
 

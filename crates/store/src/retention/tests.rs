@@ -9,7 +9,7 @@ use super::super::artifacts::{ArchiveRow, BuiltScene, FileRow};
 use super::super::checkpoints::{Checkpoint, StageKey};
 use super::super::queue::AttemptOutcome;
 use super::super::scenes::{NewScene, SubmitOutcome};
-use super::super::{BlobPlace, DEFAULT_TENANT, DatabaseAddress, Settings};
+use super::super::{BlobPlace, DEFAULT_TENANT, DatabaseAddress, Intent, Settings};
 use super::*;
 use scene::job::JobState;
 use scene::{JobId, SceneId};
@@ -34,7 +34,7 @@ async fn opened(database: DatabaseAddress) -> Opened {
     let settings: Settings = test_settings::section("store");
     let settings =
         Settings { database, fsync: false, blobs: BlobPlace::Files, retention: retention(), ..settings };
-    let store = Store::open(directory.path(), &settings).await.expect("opens");
+    let store = Store::open(directory.path(), &settings, Intent::Create).await.expect("opens");
     (directory, store)
 }
 
@@ -301,21 +301,17 @@ async fn usage_counts_each_blob_once_and_the_quota_compares((_directory, mut sto
     built(&store, &["alpha"], true).await;
     let usage = store.usage_of(&DEFAULT_TENANT).await.expect("adds");
     assert_eq!(usage.bytes, 10 + 100 + 100, "one artifact of two scenes, and two bundles");
-    assert_eq!(store.quota(&DEFAULT_TENANT).await.expect("compares"), QuotaOutcome::Within);
+    assert_eq!(store.quota(&DEFAULT_TENANT).await, QuotaOutcome::Within);
     let other = "other".parse().expect("an id");
     assert_eq!(store.usage_of(&other).await.expect("adds").bytes, 0);
     let scene = built(&store, &["beta"], true).await;
-    assert_eq!(
-        store.quota(&DEFAULT_TENANT).await.expect("compares"),
-        QuotaOutcome::Within,
-        "the sum is not so new"
-    );
-    store.quota.sums.lock().await.clear();
+    assert_eq!(store.quota(&DEFAULT_TENANT).await, QuotaOutcome::Within, "the sum is not so new");
+    store.quota.forget();
     let exceeded = QuotaOutcome::Exceeded { used_bytes: 320, quota_bytes: 215 };
-    assert_eq!(store.quota(&DEFAULT_TENANT).await.expect("compares"), exceeded);
-    store.quota.sums.lock().await.clear();
+    assert_eq!(store.quota(&DEFAULT_TENANT).await, exceeded);
+    store.quota.forget();
     store.delete_scene(&DEFAULT_TENANT, &scene).await.expect("deletes");
-    assert_eq!(store.quota(&DEFAULT_TENANT).await.expect("compares"), QuotaOutcome::Within);
+    assert_eq!(store.quota(&DEFAULT_TENANT).await, QuotaOutcome::Within);
 }
 
 async fn one_process_at_a_time_takes_the_turn((_directory, store): Opened) {

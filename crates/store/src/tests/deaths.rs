@@ -5,9 +5,6 @@ use std::collections::BTreeSet;
 use super::*;
 use scene::job::JobState;
 
-/// Deaths before a job is failed.
-const MAX_DEATHS: u32 = 3;
-
 async fn queued(store: &Store) -> JobId {
     submitted(store).await.1
 }

@@ -6,7 +6,9 @@ use std::time::Instant;
 use tokio::sync::Notify;
 
 use super::*;
-use crate::database::MAX_SILENCE;
+
+/// `store.postgres.idle_transaction_timeout_ms` of the default settings.
+const MAX_SILENCE: Duration = Duration::from_secs(4);
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_process_that_stops_within_a_transaction_gives_its_jobs_up() {

@@ -32,7 +32,8 @@ pub(super) async fn every_change_has_an_event_with_the_progress_after_it(place: 
     let (one, other) = (place.handle(0), place.handle(1));
     let id = submitted(&one, 1, 50).await;
     let slipped = attempt(&one, "a").await;
-    let dead = one.claim_recording("a", Duration::ZERO).await.expect("answers").expect("there is work");
+    let dead =
+        one.claim_recording("a", Duration::ZERO, MAX_DEATHS).await.expect("answers").expect("there is work");
     let detail = "the can fell".to_owned();
     let failure = MadeAttempt { outcome: "slipped".into(), detail, unit: None };
     one.keep_attempt(&slipped, failure).await.expect("keeps");

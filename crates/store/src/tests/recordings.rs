@@ -33,7 +33,7 @@ pub(super) async fn submitted(store: &Store, wanted: u64, max_attempts: u64) -> 
 }
 
 pub(super) async fn work(store: &Store, owner: &str) -> Option<RecordingWork> {
-    store.claim_recording(owner, LEASE).await.expect("answers").map(|claim| claim.work)
+    store.claim_recording(owner, LEASE, MAX_DEATHS).await.expect("answers").map(|claim| claim.work)
 }
 
 pub(super) async fn attempt(store: &Store, owner: &str) -> AttemptLease {
@@ -59,7 +59,8 @@ pub(super) async fn attempts_are_given_out_once_and_the_rest_goes_on_after_a_dea
     let (one, other) = (place.handle(0), place.handle(1));
     let id = submitted(&one, 2, 50).await;
     let first = attempt(&one, "a").await;
-    let dead = one.claim_recording("a", Duration::ZERO).await.expect("answers").expect("there is work");
+    let dead =
+        one.claim_recording("a", Duration::ZERO, MAX_DEATHS).await.expect("answers").expect("there is work");
     let RecordingWork::Attempt(dead) = dead.work else { panic!("an attempt") };
     assert_eq!((first.number, dead.number), (0, 1));
     one.keep_attempt(&first, made("slipped")).await.expect("keeps");
@@ -91,17 +92,6 @@ pub(super) async fn attempts_are_given_out_once_and_the_rest_goes_on_after_a_dea
     let kept = other.kept_attempts(&id).await.expect("reads");
     let kept: Vec<_> = kept.iter().map(|kept| (kept.number, kept.tries, kept.made.is_success())).collect();
     assert_eq!(kept, [(0, 1, false), (1, 2, true), (3, 1, true)]);
-
-    // After five deaths over one attempt the recording fails.
-    let doomed = submitted(&one, 1, 50).await;
-    for _ in 0..5 {
-        let dead = one.claim_recording("a", Duration::ZERO).await.expect("answers").expect("there is work");
-        let RecordingWork::Attempt(dead) = dead.work else { panic!("an attempt") };
-        assert_eq!((&dead.id, dead.number), (&doomed, 0));
-    }
-    assert_eq!(work(&one, "a").await, None);
-    let row = one.recording(&DEFAULT_TENANT, &doomed).await.expect("reads").expect("is there");
-    assert_eq!(row.failure_code.as_deref(), Some("interrupted_too_often"));
 }
 
 pub(super) async fn attempts_at_once_are_numbered_without_gaps(place: Place) {
@@ -109,7 +99,7 @@ pub(super) async fn attempts_at_once_are_numbered_without_gaps(place: Place) {
     let claims: Vec<_> = (0..16)
         .map(|index| {
             let store = place.handle(index);
-            tokio::spawn(async move { store.claim_recording("a", LEASE).await })
+            tokio::spawn(async move { store.claim_recording("a", LEASE, MAX_DEATHS).await })
         })
         .collect();
     let mut numbers = BTreeSet::new();
@@ -183,7 +173,11 @@ pub(super) async fn a_dataset_is_assembled_by_one_process_and_outlives_sweeps(pl
     };
     assert_eq!(sweep().await, (1, 2), "bundle and episodes stay while they are needed");
 
-    let dead = store.claim_recording("a", Duration::ZERO).await.expect("answers").expect("there is work");
+    let dead = store
+        .claim_recording("a", Duration::ZERO, MAX_DEATHS)
+        .await
+        .expect("answers")
+        .expect("there is work");
     let RecordingWork::Assembly(dead) = dead.work else { panic!("all attempts are made") };
     let alive = assembly(store, "b").await;
     let archive = |complete: bool| RecordingArchive {

@@ -2,15 +2,19 @@
 //!
 //! Transactions are READ COMMITTED. An operation locks the row of the job or scene that it decides about, so two
 //! processes never decide about the same row at once. What collides all the same (a deadlock, the same idempotency key
-//! inserted twice) is rolled back by the database and repeated here.
+//! inserted twice) is rolled back by the database and repeated here. No transaction is without a limit: the session
+//! limits statements, locks and silence, and this process waits no longer than [`Limits::answer`] for a server that is
+//! frozen or cut off.
 
 use std::time::Duration;
 
 use futures::future::BoxFuture;
-use sqlx::{AnyConnection, AnyPool};
+use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Connection};
 
 use crate::StoreError;
 use crate::outage::{Health, Part};
+use crate::readers::no_answer;
+use crate::settings::Limits;
 
 /// How often a transaction that collides runs at most.
 const MAX_RUNS: u32 = 10;
@@ -19,12 +23,19 @@ const MAX_RUNS: u32 = 10;
 #[derive(Clone)]
 pub(super) struct PostgresWriter {
     pool: AnyPool,
+    limits: Limits,
+    unhurried: Limits,
     health: Health,
 }
 
 impl PostgresWriter {
-    pub(super) fn new(pool: AnyPool, health: Health) -> Self {
-        Self { pool, health }
+    pub(super) fn new(pool: AnyPool, limits: Limits, unhurried: Limits, health: Health) -> Self {
+        Self { pool, limits, unhurried, health }
+    }
+
+    /// The same, for transactions that may take long.
+    pub(super) fn unhurried(&self) -> Self {
+        Self { limits: self.unhurried, ..self.clone() }
     }
 
     /// Runs `body` in a transaction of its own, in a task of its own.
@@ -36,11 +47,11 @@ impl PostgresWriter {
             + 'static,
         T: Send + 'static,
     {
-        let pool = self.pool.clone();
+        let (pool, limits) = (self.pool.clone(), self.limits);
         let result = tokio::spawn(async move {
             let mut run = 1;
             loop {
-                match transaction(&pool, doing, body.clone()).await {
+                match transaction(&pool, limits, doing, body.clone()).await {
                     Err(error) if run < MAX_RUNS && error.is_collision() => {
                         metrics::counter!("tabletopgen_store_write_repeats_total").increment(1);
                         tokio::time::sleep(pause(run)).await;
@@ -59,21 +70,44 @@ impl PostgresWriter {
     }
 }
 
-async fn transaction<T, F>(pool: &AnyPool, doing: &'static str, body: F) -> Result<T, StoreError>
+async fn transaction<T, F>(
+    pool: &AnyPool,
+    limits: Limits,
+    doing: &'static str,
+    body: F,
+) -> Result<T, StoreError>
 where
     F: for<'c> FnOnce(&'c mut AnyConnection) -> BoxFuture<'c, Result<T, StoreError>>,
 {
     let failed = |source| StoreError::Sql { doing, source };
-    let mut transaction = pool.begin().await.map_err(failed)?;
+    let mut connection = pool.acquire().await.map_err(failed)?;
+    match tokio::time::timeout(limits.answer, committed(&mut connection, limits, body)).await {
+        Ok(result) => result.map_err(|error| error.while_doing(doing)),
+        Err(_) => {
+            // The server does not answer. Given back, the connection would wait for it; closed, it is rolled back.
+            drop(connection.detach());
+            Err(failed(no_answer(limits.answer)))
+        }
+    }
+}
+
+async fn committed<T, F>(connection: &mut AnyConnection, limits: Limits, body: F) -> Result<T, StoreError>
+where
+    F: for<'c> FnOnce(&'c mut AnyConnection) -> BoxFuture<'c, Result<T, StoreError>>,
+{
+    let mut transaction = connection.begin().await?;
+    if let Some(limit) = limits.transaction() {
+        sqlx::raw_sql(AssertSqlSafe(limit)).execute(&mut *transaction).await?;
+    }
     match body(&mut transaction).await {
         Ok(value) => {
-            transaction.commit().await.map_err(failed)?;
+            transaction.commit().await?;
             Ok(value)
         }
         Err(error) => {
             // A connection that cannot roll back is closed, which rolls back too.
             let _ = transaction.rollback().await;
-            Err(error.while_doing(doing))
+            Err(error)
         }
     }
 }

@@ -1,0 +1,182 @@
+//! Deaths of processes: which work is blamed, which runs alone, and how long it waits. The rules hold for jobs, datasets
+//! and recordings alike.
+//!
+//! A process dies because of some of its work, or because of something else: a signal, a power cut, the kernel. The
+//! store cannot tell, so work is blamed only for what no other work can have caused:
+//!
+//! - If the process held several pieces of work, none is blamed: each counts a shared death.
+//! - If it held one, that one counts a lone death.
+//! - Both counts start again at the next progress (a new checkpoint, a new file of a version, a finished attempt), and
+//!   neither counts as a failed attempt.
+//! - After two deaths work runs alone in its process, so that a third death is certain to be its own.
+//! - After `worker.max_deaths` lone deaths it fails with a diagnosis.
+//!
+//! After its first death work returns to the queue at once. After each further lone death it waits: 1 s, 2 s, 4 s, up to
+//! a minute. So work that is hit by a series of kills outlasts it, and work that kills processes does so rarely.
+//!
+//! A process that is busy reserves work that has to run alone, takes no other, and gets to it when its other work has
+//! ended. Other busy processes go on meanwhile; an idle one takes it at once.
+
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
+
+use super::StoreError;
+
+const FIRST_DELAY_MS: i64 = 1_000;
+const MAX_DELAY_MS: i64 = 60_000;
+/// Time that a reservation lasts unless the process asks again, milliseconds.
+const RESERVATION_MS: i64 = 10_000;
+
+/// Condition on a row of work that has to run alone.
+pub(crate) const IS_SUSPECT: &str = "shared_deaths + lone_deaths >= 2";
+
+/// The deaths of all work that the process `$1` holds, with a row for each.
+const HELD: &str = "SELECT shared_deaths, lone_deaths FROM jobs
+         WHERE owner = $1 AND state IN ('running', 'cancelling')
+     UNION ALL SELECT shared_deaths, lone_deaths FROM datasets
+         WHERE owner = $1 AND (state = 'running' OR verify_state = 'running')
+     UNION ALL SELECT shared_deaths, lone_deaths FROM recordings WHERE owner = $1
+     UNION ALL SELECT recordings.shared_deaths, recordings.lone_deaths
+         FROM recording_attempts JOIN recordings ON recordings.id = recording_attempts.recording_id
+         WHERE recording_attempts.owner = $1 AND recording_attempts.outcome IS NULL";
+
+/// Work that waits, reserved by the process `$1` at the time `$2`.
+const RESERVED: &str = "SELECT id FROM jobs
+         WHERE state = 'queued' AND shared_deaths + lone_deaths >= 2 AND reserved_by = $1 AND reserved_until > $2
+     UNION ALL SELECT id FROM datasets
+         WHERE (state IN ('queued', 'running') OR verify_state IN ('queued', 'running'))
+           AND owner IS NULL AND reserved_by = $1 AND reserved_until > $2
+     UNION ALL SELECT id FROM recordings
+         WHERE state IN ('queued', 'running') AND owner IS NULL AND reserved_by = $1 AND reserved_until > $2";
+
+/// The statements that mark the work of the process `$1`, but that with the id `$2`: it was not alone when the process
+/// died.
+const MARKS: [&str; 4] = [
+    "UPDATE jobs SET was_beside = 1 WHERE owner = $1 AND id <> $2 AND state IN ('running', 'cancelling')",
+    "UPDATE datasets SET was_beside = 1
+     WHERE owner = $1 AND id <> $2 AND (state = 'running' OR verify_state = 'running')",
+    "UPDATE recordings SET was_beside = 1 WHERE owner = $1 AND id <> $2",
+    "UPDATE recording_attempts SET was_beside = 1 WHERE owner = $1 AND recording_id <> $2 AND outcome IS NULL",
+];
+
+/// What a process may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Hands {
+    /// It holds nothing, so it may take work that has to run alone.
+    pub(crate) are_empty: bool,
+    /// It holds work that has to run alone, so it may take nothing.
+    pub(crate) are_bound: bool,
+    /// It has reserved work that has to run alone, so it may take no other.
+    pub(crate) keep_free: bool,
+}
+
+/// What the process may take now.
+pub(crate) async fn hands(
+    connection: &mut AnyConnection,
+    owner: &str,
+    now_ms: i64,
+) -> Result<Hands, StoreError> {
+    let held = format!(
+        "SELECT COUNT(*) AS held, COUNT(CASE WHEN {IS_SUSPECT} THEN 1 END) AS alone FROM ({HELD}) AS held"
+    );
+    let row = sqlx::query(AssertSqlSafe(held)).bind(owner).fetch_one(&mut *connection).await?;
+    let reserved: Option<String> = sqlx::query_scalar(AssertSqlSafe(format!("{RESERVED} LIMIT 1")))
+        .bind(owner)
+        .bind(now_ms)
+        .fetch_optional(connection)
+        .await?;
+    Ok(Hands {
+        are_empty: row.try_get::<i64, _>("held")? == 0,
+        are_bound: row.try_get::<i64, _>("alone")? > 0,
+        keep_free: reserved.is_some(),
+    })
+}
+
+/// Reserves waiting work of `table` for a busy process, unless another one has reserved it. Whether it has it now.
+pub(crate) async fn reserve(
+    connection: &mut AnyConnection,
+    table: &'static str,
+    id: &str,
+    owner: &str,
+    now_ms: i64,
+) -> Result<bool, StoreError> {
+    let reserve = format!(
+        "UPDATE {table} SET reserved_by = $1, reserved_until = $2
+         WHERE id = $3 AND (reserved_by IS NULL OR reserved_by = $1 OR reserved_until <= $4)"
+    );
+    let reserved = sqlx::query(AssertSqlSafe(reserve))
+        .bind(owner)
+        .bind(now_ms + RESERVATION_MS)
+        .bind(id)
+        .bind(now_ms)
+        .execute(connection)
+        .await?;
+    Ok(reserved.rows_affected() > 0)
+}
+
+/// The deaths of work since its last progress.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Deaths {
+    pub(crate) shared: i64,
+    pub(crate) lone: i64,
+    /// The process held nothing else when it died the last time.
+    pub(crate) alone: bool,
+}
+
+impl Deaths {
+    /// Counts the death of the process `owner`, which held the work with this `id`. Other work of it, whose leases may run
+    /// out later, is marked.
+    pub(crate) async fn count(
+        connection: &mut AnyConnection,
+        before: Self,
+        owner: &str,
+        id: &str,
+    ) -> Result<Self, StoreError> {
+        let mut others = 0;
+        // Work that was given back has no owner.
+        if !owner.is_empty() {
+            for mark in MARKS {
+                others +=
+                    sqlx::query(mark).bind(owner).bind(id).execute(&mut *connection).await?.rows_affected();
+            }
+        }
+        let alone = others == 0 && before.alone;
+        Ok(Self { shared: before.shared + i64::from(!alone), lone: before.lone + i64::from(alone), alone })
+    }
+
+    /// Those of a row with the columns `shared_deaths`, `lone_deaths` and `was_beside`.
+    pub(crate) fn of(row: &sqlx::any::AnyRow) -> Result<Self, StoreError> {
+        Ok(Self {
+            shared: row.try_get("shared_deaths")?,
+            lone: row.try_get("lone_deaths")?,
+            alone: row.try_get::<i64, _>("was_beside")? == 0,
+        })
+    }
+
+    /// Whether the work is to fail: it was alone when its process died, and that too often.
+    pub(crate) fn are_too_many(self, max_deaths: i64) -> bool {
+        self.alone && self.lone >= max_deaths
+    }
+
+    /// How long the work waits.
+    pub(crate) fn delay_ms(self) -> i64 {
+        if self.alone { delay_ms(self.lone) } else { 0 }
+    }
+}
+
+/// Delay after the n-th lone death: none, then 1 s, 2 s, 4 s, ... 60 s.
+fn delay_ms(lone_deaths: i64) -> i64 {
+    match u32::try_from(lone_deaths - 2) {
+        Ok(doublings) => FIRST_DELAY_MS.saturating_mul(1 << doublings.min(16)).min(MAX_DELAY_MS),
+        Err(_) => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn first_death_costs_no_time_and_later_ones_double() {
+        assert_eq!([1, 2, 3, 4, 8, 9, 99].map(delay_ms), [0, 1_000, 2_000, 4_000, 60_000, 60_000, 60_000]);
+    }
+}

@@ -1,0 +1,446 @@
+//! All that a store does, once: submissions, lists with every filter and a second page, claims, stages, calls, ends,
+//! batches, datasets, recordings, removals.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use batches::{BatchState, OutputError};
+use scene::job::{Failure, FailureClass, JobKind, JobState, SceneState};
+use scene::{BatchId, DatasetId, JobId, MicroUsd, RecordingId, SceneId};
+use serde_json::json;
+use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
+use store::batches::{BatchFilter, FeedRules, ItemContent, NewBatch, NewItem, OutputKind};
+use store::calls::{CallEnd, NewCall, Reservation};
+use store::checkpoints::{Checkpoint, StageKey};
+use store::datasets::{
+    DatasetFile, DatasetFilter, DatasetState, FreezeResult, FrozenVersion, NewDataset, Setback,
+    SubmitDatasetOutcome,
+};
+use store::jobs::JobFilter;
+use store::queue::{AttemptOutcome, Schedule};
+use store::recordings::{
+    ArchivePart, MadeAttempt, NewRecording, RecordingArchive, RecordingFile, RecordingFilter, RecordingState,
+    RecordingWork, SubmitRecordingOutcome,
+};
+use store::retention::RetentionSettings;
+use store::scenes::{NewScene, SceneFilter, SubmitOutcome};
+use store::{DEFAULT_TENANT, Digest, Lease, Store};
+
+const LEASE: Duration = Duration::from_secs(60);
+
+/// Runs it all.
+pub async fn all(store: &Store) {
+    let (scene, job) = jobs(store).await;
+    lists(store, &scene, &job).await;
+    batches_of_requests(store).await;
+    datasets(store).await;
+    recordings(store, &scene).await;
+    operators(store).await;
+    removals(store, &scene).await;
+}
+
+fn new_scene(parent_id: Option<SceneId>, key: Option<&str>) -> NewScene {
+    NewScene {
+        tenant_id: DEFAULT_TENANT.clone(),
+        parent_id,
+        request: json!({ "seed": 1, "version": 1 }),
+        labels: BTreeMap::from([("set".to_owned(), "a".to_owned())]),
+        budget_micro_usd: 1_000,
+        idempotency: key.map(|key| (key.to_owned(), "body".to_owned())),
+    }
+}
+
+async fn submitted(store: &Store, new: NewScene) -> (SceneId, JobId) {
+    let schedule = Schedule::usual(test_settings::section("queue"));
+    match store.submit_scheduled(new, schedule).await.unwrap() {
+        SubmitOutcome::Created { scene_id, job_id, rows } => {
+            store.outlook_of_new(&DEFAULT_TENANT, &rows).await.unwrap();
+            (scene_id, job_id)
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+fn file(name: &str) -> FileRow {
+    FileRow {
+        name: name.into(),
+        digest: Digest::of(name.as_bytes()),
+        media_type: "text/plain".into(),
+        size: 4,
+    }
+}
+
+fn built(passed: bool) -> AttemptOutcome {
+    AttemptOutcome::Built(Box::new(BuiltScene {
+        files: vec![file("scene.json")],
+        archive: ArchiveRow { digest: Digest::of(b"zip"), size: 3 },
+        passed,
+        reasons: Vec::new(),
+        summary: json!({}),
+        metrics: json!({}),
+    }))
+}
+
+fn failure() -> Failure {
+    Failure { class: FailureClass::Transient, code: "t".into(), message: "m".into() }
+}
+
+/// A job from its submission to its end, with all that can happen to it; its scene is finished then.
+async fn jobs(store: &Store) -> (SceneId, JobId) {
+    let (scene, job) = submitted(store, new_scene(None, Some("key"))).await;
+    store.submit(new_scene(None, Some("key"))).await.unwrap();
+    assert!(store.has_work().await.unwrap());
+    let claim = store.claim("worker", LEASE, 3, None).await.unwrap().unwrap();
+    let lease = claim.lease;
+    store.renew(vec![lease.clone()], LEASE).await.unwrap();
+    let stage = stages(store, &lease).await;
+    calls(store, &lease, &scene).await;
+    store.note(&lease, "alpha", "half".into()).await.unwrap();
+    store.stage_computed_by(&lease, &stage).await.unwrap();
+    let retry =
+        AttemptOutcome::Retry { failure: failure(), delay: Duration::ZERO, charged: true, max_attempts: 9 };
+    store.finish(&lease, retry).await.unwrap();
+    // Its process dies twice, so that it has to run alone.
+    for owner in ["dead_1", "dead_2"] {
+        store.claim(owner, Duration::ZERO, 9, None).await.unwrap().unwrap();
+        tokio::time::sleep(Duration::from_millis(5)).await;
+        store.rescue(9).await.unwrap();
+    }
+    store.claim("busy", LEASE, 9, None).await.unwrap();
+    tokio::time::sleep(Duration::from_millis(1_050)).await;
+    let claim = store.claim("heir", LEASE, 9, Some(&job)).await.unwrap().unwrap();
+    store.finish(&claim.lease, built(true)).await.unwrap();
+    store
+        .record_archive(&DEFAULT_TENANT, &scene, "usd", ArchiveRow { digest: Digest::of(b"usd"), size: 3 })
+        .await
+        .unwrap();
+    store.rebuild(&DEFAULT_TENANT, &scene).await.unwrap();
+    let claim = store.claim("heir", LEASE, 9, None).await.unwrap().unwrap();
+    store.finish(&claim.lease, built(true)).await.unwrap();
+
+    // A child that is cancelled and retried, one that is quarantined, one whose deadline passes.
+    let (child, job_of_child) = submitted(store, new_scene(Some(scene.clone()), None)).await;
+    store.cancel(&DEFAULT_TENANT, &job_of_child).await.unwrap();
+    store.retry(&DEFAULT_TENANT, &job_of_child, None).await.unwrap();
+    let claim = store.claim("heir", LEASE, 9, None).await.unwrap().unwrap();
+    store.finish(&claim.lease, built(false)).await.unwrap();
+    store.ancestors(&DEFAULT_TENANT, &child, 9).await.unwrap();
+    let late = Schedule { deadline_ms: Some(1), ..Schedule::usual(test_settings::section("queue")) };
+    store.submit_scheduled(new_scene(None, None), late).await.unwrap();
+    store.rescue(9).await.unwrap();
+    store.expire_leases_of_others("heir").await.unwrap();
+    (scene, job)
+}
+
+/// A stage that is given up, computed, found again and forgotten.
+async fn stages(store: &Store, lease: &Lease) -> StageKey {
+    let stage = StageKey {
+        tenant_id: DEFAULT_TENANT.clone(),
+        stage: "alpha".into(),
+        version: 1,
+        instance: String::new(),
+        key: Digest::of(b"alpha"),
+    };
+    let checkpoint =
+        Checkpoint { output: Digest::of(b"output"), artifacts: vec![file("alpha/note.txt")], elapsed_ms: 1 };
+    store.stage_started(lease, &stage).await.unwrap();
+    store.release_stage(lease, &stage).await.unwrap();
+    store.stage_started(lease, &stage).await.unwrap();
+    store.stage_finished(lease, &stage, &checkpoint, false).await.unwrap();
+    store.stage_finished(lease, &stage, &checkpoint, true).await.unwrap();
+    store.checkpoint(&stage).await.unwrap().unwrap();
+    let other = StageKey { key: Digest::of(b"other"), stage: "beta".into(), ..stage.clone() };
+    store.stage_finished(lease, &other, &checkpoint, false).await.unwrap();
+    store.forget_checkpoint(&other).await.unwrap();
+    stage
+}
+
+async fn calls(store: &Store, lease: &Lease, scene: &SceneId) {
+    let call = |refuse_after_unknown| NewCall {
+        stage: "alpha".into(),
+        instance: String::new(),
+        port: "analyst".into(),
+        provider: "p".into(),
+        model: "m".into(),
+        endpoint: "e".into(),
+        operation: "o".into(),
+        request_digest: "d".into(),
+        idempotency_key: "k".into(),
+        attempt: 1,
+        reserved_micro_usd: 1,
+        sent_bytes: 1,
+        refuse_after_unknown,
+    };
+    let Reservation::Granted(id) = store.reserve_call(lease, call(true)).await.unwrap() else {
+        panic!("the budget suffices")
+    };
+    let end = CallEnd {
+        settled_micro_usd: Some(1),
+        outcome: "answered".into(),
+        received_bytes: 1,
+        input_tokens: None,
+        output_tokens: None,
+        task: Some("task".into()),
+        answer: Some(Digest::of(b"answer")),
+    };
+    store.settle_call(lease, id, end).await.unwrap();
+    store.reserve_call(lease, call(false)).await.unwrap();
+    store.task_of(&lease.job_id, "k").await.unwrap();
+    store.calls(&DEFAULT_TENANT, scene).await.unwrap();
+    store.spending(&DEFAULT_TENANT, scene).await.unwrap();
+}
+
+/// Every list, with each of its filters and a later page.
+async fn lists(store: &Store, scene: &SceneId, job: &JobId) {
+    let page = |limit| SceneFilter { limit, before_id: Some(scene.clone()), ..SceneFilter::default() };
+    let label = Some(("set".to_owned(), "a".to_owned()));
+    for filter in [
+        SceneFilter { limit: 9, ..SceneFilter::default() },
+        page(9),
+        SceneFilter { state: Some(SceneState::Failed), ..page(9) },
+        SceneFilter { parent: Some(scene.clone()), ..page(9) },
+        SceneFilter { parent: Some(scene.clone()), state: Some(SceneState::Ready), ..page(9) },
+        SceneFilter { created_after_ms: Some(0), label, ..page(9) },
+    ] {
+        store.scenes(&DEFAULT_TENANT, filter).await.unwrap();
+    }
+    let page = || JobFilter { limit: 9, before_id: Some(job.clone()), ..JobFilter::default() };
+    let batch: BatchId = "batch".parse().unwrap();
+    let states = JobState::ALL.map(|state| JobFilter { state: Some(state), ..page() });
+    let others = [
+        JobFilter { limit: 9, ..JobFilter::default() },
+        page(),
+        JobFilter { kind: Some(JobKind::Retry), ..page() },
+        JobFilter { scene: Some(scene.clone()), ..page() },
+        JobFilter { scene: Some(scene.clone()), state: Some(JobState::Failed), ..page() },
+        JobFilter { batch: Some(batch), created_after_ms: Some(0), ..page() },
+    ];
+    for filter in states.into_iter().chain(others) {
+        store.jobs(&DEFAULT_TENANT, filter).await.unwrap();
+    }
+    let row = store.job(&DEFAULT_TENANT, job).await.unwrap().unwrap();
+    let (_, waiting) = submitted(store, new_scene(None, None)).await;
+    let waiting = store.job(&DEFAULT_TENANT, &waiting).await.unwrap().unwrap();
+    store.outlooks(&DEFAULT_TENANT, &[&row, &waiting]).await.unwrap();
+    store.latest_job(&DEFAULT_TENANT, scene).await.unwrap();
+    store.stages(&DEFAULT_TENANT, job).await.unwrap();
+    store.events(&DEFAULT_TENANT, job, 0, 9).await.unwrap();
+    store.event_heads(&DEFAULT_TENANT, std::slice::from_ref(job)).await.unwrap();
+    store.scene(&DEFAULT_TENANT, scene).await.unwrap();
+    store.artifacts(&DEFAULT_TENANT, scene).await.unwrap();
+    store.artifact(&DEFAULT_TENANT, scene, "alpha/note.txt").await.unwrap();
+    store.bundle_files(&DEFAULT_TENANT, scene).await.unwrap();
+    store.archive(&DEFAULT_TENANT, scene, "all").await.unwrap();
+}
+
+async fn batches_of_requests(store: &Store) {
+    let new = || NewBatch {
+        tenant_id: DEFAULT_TENANT.clone(),
+        name: "kitchens".into(),
+        budget: Some(MicroUsd(1_000)),
+        idempotency_key: Some("key".into()),
+        body_digest: Digest::of(b"body"),
+    };
+    let item = |place, content| NewItem { place, custom_id: Some(format!("item_{place}")), content };
+    let request = || ItemContent::Request {
+        request: json!({ "seed": 1 }),
+        labels: BTreeMap::new(),
+        budget: MicroUsd(100),
+    };
+    let id = store.begin_batch(new()).await.unwrap();
+    let invalid = ItemContent::Invalid(OutputError::new("invalid", "is invalid"));
+    store.append_items(&id, vec![item(1, request()), item(2, request()), item(3, invalid)]).await.unwrap();
+    store.publish_batch(&id).await.unwrap();
+    let repeated = store.begin_batch(new()).await.unwrap();
+    store.publish_batch(&repeated).await.unwrap();
+    let discarded = store.begin_batch(NewBatch { idempotency_key: None, ..new() }).await.unwrap();
+    store.discard_batch(&discarded).await.unwrap();
+    store.batch_by_key(&DEFAULT_TENANT, "key").await.unwrap();
+    let rules = || FeedRules { queue: test_settings::section("queue"), window: 1, counts_money: true };
+    assert_eq!(store.active_batches().await.unwrap(), [id.clone()]);
+    store.feed_batch(&id, rules()).await.unwrap();
+    while let Some(claim) = store.claim("heir", LEASE, 9, None).await.unwrap() {
+        store.finish(&claim.lease, AttemptOutcome::Failed(failure())).await.unwrap();
+    }
+    store.feed_batch(&id, rules()).await.unwrap();
+    let row = store.batch(&DEFAULT_TENANT, &id).await.unwrap().unwrap();
+    store.batch_accounts(std::slice::from_ref(&row)).await.unwrap();
+    store.batch_counts(&id).await.unwrap();
+    for kind in [OutputKind::Output, OutputKind::Errors] {
+        store.batch_output(&id, kind, 1, 9).await.unwrap();
+    }
+    store.cancel_batch(&DEFAULT_TENANT, &id).await.unwrap();
+    store.feed_batch(&id, rules()).await.unwrap();
+    store.retry_batch(&DEFAULT_TENANT, &id, None).await.unwrap();
+    let page = || BatchFilter { limit: 9, before_id: Some(id.clone()), ..BatchFilter::default() };
+    for filter in [BatchFilter { state: Some(BatchState::Running), ..page() }, page()] {
+        store.batches(&DEFAULT_TENANT, filter).await.unwrap();
+    }
+}
+
+async fn datasets(store: &Store) {
+    let new = || NewDataset {
+        tenant_id: DEFAULT_TENANT.clone(),
+        name: "mugs".into(),
+        request: json!({ "version": 1 }),
+        idempotency_key: Some("key".into()),
+        body_digest: Digest::of(b"body"),
+    };
+    let SubmitDatasetOutcome::Created(id) = store.submit_dataset(new()).await.unwrap() else {
+        panic!("the key is new")
+    };
+    let id: DatasetId = id;
+    store.submit_dataset(new()).await.unwrap();
+    store.claim_dataset("dead", Duration::ZERO, 9).await.unwrap().unwrap();
+    tokio::time::sleep(Duration::from_millis(5)).await;
+    let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
+    let setback = Setback {
+        code: "internal_error",
+        message: "m".into(),
+        delay: Duration::ZERO,
+        charged: true,
+        max_attempts: 9,
+    };
+    store.set_dataset_back(&claim.lease, setback).await.unwrap();
+    let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
+    store.release_dataset(&claim.lease).await.unwrap();
+    let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
+    store.renew_dataset(&claim.lease, LEASE, (1, 2)).await.unwrap();
+    for path in ["one", "stale"] {
+        let file = DatasetFile {
+            path: path.into(),
+            digest: Digest::of(b"one"),
+            size: 3,
+            media_type: "text/plain".into(),
+        };
+        store.record_dataset_file(&claim.lease, file).await.unwrap();
+    }
+    let version =
+        FrozenVersion { version: 1, digest: "d".into(), summary: json!({}), paths: vec!["one".into()] };
+    store.finish_freeze(&claim.lease, FreezeResult::Frozen(version)).await.unwrap();
+    store.verify_dataset(&DEFAULT_TENANT, &id).await.unwrap();
+    let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
+    store.finish_verification(&claim.lease, json!({})).await.unwrap();
+    store.dataset(&DEFAULT_TENANT, &id).await.unwrap();
+    store.latest_version(&DEFAULT_TENANT, "mugs").await.unwrap();
+    store.dataset_files(&id).await.unwrap();
+    store.dataset_file(&id, "one").await.unwrap();
+    let page = || DatasetFilter { limit: 9, before_id: Some(id.clone()), ..DatasetFilter::default() };
+    for filter in [
+        page(),
+        DatasetFilter { state: Some(DatasetState::Failed), ..page() },
+        DatasetFilter { name: Some("mugs".into()), ..page() },
+    ] {
+        store.datasets(&DEFAULT_TENANT, filter).await.unwrap();
+    }
+}
+
+async fn recordings(store: &Store, scene: &SceneId) {
+    let new = |key: &str| NewRecording {
+        tenant_id: DEFAULT_TENANT.clone(),
+        scene_id: scene.clone(),
+        request: json!({ "version": 1 }),
+        bundle: Digest::of(b"bundle"),
+        wanted: 1,
+        max_attempts: 9,
+        idempotency_key: Some(key.to_owned()),
+        body_digest: Digest::of(b"body"),
+    };
+    let ordered = async |key: &str| match store.submit_recording(new(key)).await.unwrap() {
+        SubmitRecordingOutcome::Created(id) => id,
+        other => panic!("{other:?}"),
+    };
+    let id: RecordingId = ordered("key").await;
+    store.submit_recording(new("key")).await.unwrap();
+    let claim = async || store.claim_recording("recorder", LEASE, 9).await.unwrap().unwrap();
+    store.claim_recording("dead", Duration::ZERO, 9).await.unwrap().unwrap();
+    tokio::time::sleep(Duration::from_millis(5)).await;
+    let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
+    store.begin_recording(&attempt, "identity").await.unwrap();
+    store.renew_attempt(&attempt, LEASE).await.unwrap();
+    store.release_attempt(&attempt).await.unwrap();
+    let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
+    let made =
+        || MadeAttempt { outcome: "success".into(), detail: String::new(), unit: Some(Digest::of(b"unit")) };
+    store.keep_attempt(&attempt, made()).await.unwrap();
+    let row = store.recording(&DEFAULT_TENANT, &id).await.unwrap().unwrap();
+    store.recording_progress(&row).await.unwrap();
+    store.kept_attempts(&id).await.unwrap();
+    store.attempt_outcomes(&id).await.unwrap();
+    let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
+    store.forget_attempt(&assembly, attempt.number).await.unwrap();
+    let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
+    store.keep_attempt(&attempt, made()).await.unwrap();
+    let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
+    store.renew_assembly(&assembly, LEASE).await.unwrap();
+    store.release_assembly(&assembly).await.unwrap();
+    let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
+    store.begin_assembly(&assembly).await.unwrap();
+    let archive = RecordingArchive {
+        format: "robomimic".into(),
+        digest: Some(Digest::of(b"part")),
+        size: 4,
+        files: 1,
+        parts: vec![ArchivePart { digest: Digest::of(b"part"), size: 4 }],
+    };
+    store.record_recording_archive(&assembly, archive).await.unwrap();
+    let recorded = RecordingFile { path: "robomimic/a".into(), digest: Digest::of(b"a"), start: 0, size: 1 };
+    store.record_recording_files(&assembly, 0, vec![recorded]).await.unwrap();
+    store.finish_recording(&assembly, json!({})).await.unwrap();
+    store.recording_archives(&id).await.unwrap();
+    store.recording_files(&id, Some(0), 9).await.unwrap();
+    store.recording_file(&id, "robomimic/a").await.unwrap();
+    store.recording_events(&DEFAULT_TENANT, &id, 0, 9).await.unwrap();
+    store.recording_event_heads(&DEFAULT_TENANT, std::slice::from_ref(&id)).await.unwrap();
+    let cancelled = ordered("other").await;
+    store.cancel_recording(&DEFAULT_TENANT, &cancelled).await.unwrap();
+    let failed = ordered("third").await;
+    let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
+    assert_eq!(attempt.id, failed);
+    store.fail_recording(&attempt, "code", "message").await.unwrap();
+    let page = || RecordingFilter { limit: 9, before_id: Some(id.clone()), ..RecordingFilter::default() };
+    for filter in [
+        page(),
+        RecordingFilter { state: Some(RecordingState::Failed), ..page() },
+        RecordingFilter { scene_id: Some(scene.clone()), ..page() },
+    ] {
+        store.recordings(&DEFAULT_TENANT, filter).await.unwrap();
+    }
+}
+
+/// What operators, probes and monitors ask.
+async fn operators(store: &Store) {
+    store.set_paused(true, "test").await.unwrap();
+    store.queue_status().await.unwrap();
+    store.set_paused(false, "").await.unwrap();
+    store.queue_status().await.unwrap();
+    store.queue_depth().await.unwrap();
+    store.is_healthy().await.unwrap();
+    store.usage_of(&DEFAULT_TENANT).await.unwrap();
+    store.takes_turn(LEASE).await.unwrap();
+    store.verify().await.unwrap();
+}
+
+/// Deletions, and sweeps that remove all that may go.
+async fn removals(store: &Store, scene: &SceneId) {
+    while let Some(claim) = store.claim("heir", LEASE, 9, None).await.unwrap() {
+        store.finish(&claim.lease, AttemptOutcome::Stopped).await.unwrap();
+    }
+    let scenes =
+        store.scenes(&DEFAULT_TENANT, SceneFilter { limit: 99, ..SceneFilter::default() }).await.unwrap();
+    for (row, _) in scenes {
+        store.delete_scene(&DEFAULT_TENANT, &row.id).await.unwrap();
+    }
+    let retention = RetentionSettings {
+        sweep_interval_secs: 0,
+        grace_secs: 0,
+        intermediate_hours: 1,
+        quarantined_hours: 1,
+        deleted_hours: 0,
+        tenant_quota_bytes: 0,
+    };
+    for is_dry_run in [true, false, false] {
+        store.sweep(&retention, is_dry_run).await.unwrap().unwrap();
+    }
+    assert!(store.scene(&DEFAULT_TENANT, scene).await.unwrap().is_some(), "its key keeps its rows");
+}
