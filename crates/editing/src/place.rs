@@ -61,12 +61,28 @@ pub struct Candidate {
 }
 
 /// There is no free place.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoPlace {
+    /// The stated place is not on the surface, or not wholly.
+    #[error(
+        "{object} would reach {beyond_m:.2} m over the edge of {surface}{}",
+        way(.way_m)
+    )]
+    BeyondEdge {
+        object: String,
+        surface: String,
+        beyond_m: f64,
+        /// How far it can go toward that place; `None` for an object that is there already.
+        way_m: Option<f64>,
+    },
     #[error("{object} does not fit {place}: it is larger than the space there")]
     TooLarge { object: String, place: String },
     #[error("there is no free place {place} for {object}: {} in the way", blockers(.by))]
     Blocked { object: String, place: String, by: Vec<String> },
+}
+
+fn way(way_m: &Option<f64>) -> String {
+    way_m.map_or_else(String::new, |way_m| format!("; in that direction it can go {way_m:.2} m"))
 }
 
 fn blockers(by: &[String]) -> String {
@@ -100,6 +116,11 @@ impl Workspace {
                 }
             }
         }
+        if let Some(position_m) = query.position_m.filter(|_| fits_nowhere) {
+            let search = Search::new(self, object, query, Supporter::TABLE, CLEARANCES_M[1], STEPS_M[1]);
+            let orientation = Orientation::new(search.object, search.object.body.world_from_object.rotation);
+            return Err(search.beyond_edge(&orientation, position_m));
+        }
         let (object, place) = (self.objects[object].body.name.clone(), self.place_in_words(query));
         if fits_nowhere {
             return Err(NoPlace::TooLarge { object, place });
@@ -115,7 +136,7 @@ impl Workspace {
     ///
     /// # Errors
     ///
-    /// [`NoPlace`] if the object would reach over the table's edge, or into another one.
+    /// [`NoPlace`] if the object would reach over the edge of the surface, or into another one.
     pub fn place_at(
         &self,
         object: usize,
@@ -126,15 +147,14 @@ impl Workspace {
         let search = Search::new(self, object, &query, supporter, 0.001, STEPS_M[0]);
         let orientation = Orientation::new(search.object, world_from_object.rotation);
         let center_m = world_from_object.translation_m.truncate() + orientation.offset_m;
-        let name = || self.objects[object].body.name.clone();
-        let place = || "where it is".to_owned();
-        let scored = search.posed(&orientation, center_m);
-        let pose = scored.ok_or_else(|| NoPlace::TooLarge { object: name(), place: place() })?;
+        let posed = search.posed(&orientation, center_m);
+        let pose = posed.ok_or_else(|| search.beyond_edge(&orientation, center_m))?;
         match search.obstacle_of(&pose) {
             None => Ok(Candidate { world_from_object: pose, supporter, stated_yaw_rad: None }),
             Some(other) => {
                 let by = vec![self.objects[other].body.name.clone()];
-                Err(NoPlace::Blocked { object: name(), place: place(), by })
+                let object = self.objects[object].body.name.clone();
+                Err(NoPlace::Blocked { object, place: "there".to_owned(), by })
             }
         }
     }

@@ -35,9 +35,9 @@ use selection::Selector;
 /// Why a phrase does not say which objects are meant.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReferenceError {
-    /// No object fits.
-    #[error("no object fits {phrase:?}{}", hint("; nearest are", .nearest))]
-    NotFound { phrase: String, nearest: Vec<InstanceId> },
+    /// No object fits. The candidates are those that are spelled alike or fit in part; where there are none, all.
+    #[error("no object fits {phrase:?}{}", hint("; there are", .candidates))]
+    NotFound { phrase: String, candidates: Vec<InstanceId> },
     /// Fewer objects are meant than fit.
     #[error(
         "{phrase:?} fits several objects: {}; name the one that is meant, or add its color, size or place",
@@ -53,6 +53,14 @@ pub enum ReferenceError {
          or place"
     )]
     NotUnderstood { phrase: String, words: Vec<String> },
+}
+
+impl ReferenceError {
+    fn not_found(objects: &[EditableObject], phrase: &str, near: Vec<InstanceId>) -> Self {
+        let all = || objects.iter().map(|object| object.name.clone()).collect();
+        let candidates = if near.is_empty() { all() } else { near };
+        Self::NotFound { phrase: phrase.trim().to_owned(), candidates }
+    }
 }
 
 fn list(names: &[InstanceId]) -> String {
@@ -100,7 +108,7 @@ pub fn resolve_newest(
     found.sort_unstable();
     found.dedup();
     if found.is_empty() {
-        return Err(ReferenceError::NotFound { phrase: phrase.trim().to_owned(), nearest: Vec::new() });
+        return Err(ReferenceError::not_found(objects, phrase, Vec::new()));
     }
     Ok(found)
 }

@@ -167,6 +167,19 @@ fn an_object_that_is_larger_than_the_place_is_refused_as_too_large() {
     assert_eq!(error.to_string(), "cube_1 does not fit on the table: it is larger than the space there");
 }
 
+/// Regression: an object that was to go 5 m to the left was said to be larger than the space there.
+#[test]
+fn a_stated_place_beyond_the_edge_says_how_far_the_object_can_go() {
+    let scene = table(0.5, vec![cube("cube_1", 0.1, DVec2::new(0.1, 0.0))]);
+    let mut pose = scene.objects[0].body.world_from_object;
+    pose.translation_m.x -= 5.0;
+    let error = scene.place_at(0, pose, Supporter::TABLE).expect_err("there is no table");
+    let says = "cube_1 would reach 4.70 m over the edge of the table; in that direction it can go 0.29 m";
+    assert_eq!(error.to_string(), says);
+    let query = PlaceQuery { position_m: Some(DVec2::new(-4.9, 0.0)), ..PlaceQuery::default() };
+    assert_eq!(scene.places(0, &query).expect_err("there is no table").to_string(), says);
+}
+
 #[test]
 fn what_is_in_the_way_is_named() {
     let others = (0..9).map(|k| {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DQuat, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::{Candidate, PlaceQuery};
+use super::{Candidate, NoPlace, PlaceQuery};
 use crate::workspace::{Workspace, WorkspaceObject};
 use geometry::Pose;
 use geometry::drop_cast::{PosedShape, are_closer, drop_height};
@@ -19,6 +19,9 @@ const YAWS: usize = 16;
 
 /// Distance from the table's edge that everything keeps.
 const EDGE_MARGIN_M: f64 = 0.005;
+
+/// How exactly it is known how far an object can go toward a place, in halvings of the way.
+const HALVINGS: usize = 12;
 
 /// Height at which an object is let go above its supporter.
 const DROP_GAP_M: f64 = 0.0005;
@@ -284,6 +287,34 @@ impl<'a> Search<'a> {
             }
         }
         Some(pose)
+    }
+
+    /// Why [`Self::posed`] has no pose at a point.
+    pub fn beyond_edge(&self, orientation: &Orientation, center_m: DVec2) -> NoPlace {
+        let corners = orientation.corners_m.iter().map(|corner| center_m + *corner);
+        let outside_m = |corner: DVec2| -self.workspace.outline.depth_inside_m(corner);
+        let over_table_m = corners.map(outside_m).fold(f64::NEG_INFINITY, f64::max);
+        let surface = self.supporter.parent.zip(self.surface.as_ref()).filter(|_| over_table_m <= 0.0);
+        let (surface, beyond_m) = match surface {
+            None => ("the table".to_owned(), over_table_m),
+            Some((parent, surface)) => {
+                let depth_m = depth_in_convex_m(surface.corners(), center_m);
+                (self.workspace.objects[parent].body.name.clone(), -depth_m)
+            }
+        };
+        let from_m = self.object.footprint().center();
+        let distance_m = from_m.distance(center_m);
+        let fits = |share: f64| self.posed(orientation, from_m.lerp(center_m, share)).is_some();
+        let way_m = (distance_m > USUAL_GAP_M).then(|| {
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..HALVINGS {
+                let share = 0.5 * (low + high);
+                if fits(share) { low = share } else { high = share }
+            }
+            low * distance_m
+        });
+        let beyond_m = beyond_m.max(0.0);
+        NoPlace::BeyondEdge { object: self.object.body.name.clone(), surface, beyond_m, way_m }
     }
 
     /// The object with the center of its footprint at a point, if that meets the query.

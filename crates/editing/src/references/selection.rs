@@ -185,7 +185,7 @@ impl Selector<'_> {
         if near.is_empty() && !spelled_as_name && !is_noun(last) && !is_noun(&phrase.body.join(" ")) {
             return self.not_understood(phrase, vec![last.to_owned()]);
         }
-        ReferenceError::NotFound { phrase: phrase.text.clone(), nearest: near }
+        ReferenceError::not_found(self.objects, &phrase.text, near)
     }
 
     pub fn not_understood(&self, phrase: &NounPhrase, words: Vec<String>) -> ReferenceError {
@@ -193,7 +193,7 @@ impl Selector<'_> {
     }
 
     pub fn not_found(&self, phrase: &NounPhrase, near: &[usize]) -> ReferenceError {
-        ReferenceError::NotFound { phrase: phrase.text.clone(), nearest: self.names(near) }
+        ReferenceError::not_found(self.objects, &phrase.text, self.names(near))
     }
 
     pub fn too_few(&self, phrase: &NounPhrase, wanted: usize, found: &[usize]) -> ReferenceError {

@@ -46,20 +46,16 @@ pub(super) fn resolved(
             Err(ReferenceError::NotUnderstood { phrase, words }) => {
                 first_error.get_or_insert(Refusal::ReferenceNotUnderstood { phrase, words });
             }
-            Err(error) => return Err(refusal(reading, error)),
+            Err(error) => return Err(refusal(error)),
         }
     }
     Err(first_error.unwrap_or(Refusal::NoGoal))
 }
 
 /// The refusal of a phrase.
-fn refusal(reading: &Reading, error: ReferenceError) -> Refusal {
+fn refusal(error: ReferenceError) -> Refusal {
     match error {
-        ReferenceError::NotFound { phrase, nearest } => {
-            let all = || reading.scene.described().iter().map(|object| object.name.clone()).collect();
-            let candidates = if nearest.is_empty() { all() } else { nearest };
-            Refusal::AbsentObject { phrase, candidates }
-        }
+        ReferenceError::NotFound { phrase, candidates } => Refusal::AbsentObject { phrase, candidates },
         ReferenceError::TooFew { phrase, found, .. } => Refusal::AbsentObject { phrase, candidates: found },
         ReferenceError::Ambiguous { phrase, candidates } => {
             Refusal::AmbiguousReference { phrase, candidates }
