@@ -17,6 +17,8 @@ pub enum Refusal {
     ReferenceNotUnderstood { phrase: String, words: Vec<String> },
     #[error("{} of the instruction is not understood: reword it", quoted(.parts))]
     InstructionNotUnderstood { parts: Vec<String> },
+    #[error("the robot does not perform {verb:?}; it can {performed}")]
+    VerbNotPerformed { verb: String, performed: String },
     #[error(
         "the instruction has no goal that objects can reach: say what to put where, such as \"put the apple in the \
         bowl\""
@@ -61,6 +63,7 @@ impl Refusal {
             Self::AmbiguousReference { .. } => "ambiguous_reference",
             Self::ReferenceNotUnderstood { .. } => "reference_not_understood",
             Self::InstructionNotUnderstood { .. } => "instruction_not_understood",
+            Self::VerbNotPerformed { .. } => "verb_not_performed",
             Self::NoGoal => "no_goal",
             Self::GoalAlreadyTrue { .. } => "goal_already_true",
             Self::PredicateNotSupported { .. } => "predicate_not_supported",

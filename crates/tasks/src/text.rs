@@ -3,26 +3,35 @@
 //! The text parser (or another analyst) describes the start state and goal of an instruction with objects of its own.
 //! [`Reading`] prepares the text for it and then replaces these objects by those of the scene: each has a noun phrase
 //! in the text, which [`editing::references`] resolves. An object may also be called by its name. Nothing is ignored:
-//! parts that neither the parser nor the references understand are refused.
+//! parts that neither the parser nor the references understand are refused, and so are verbs that ask for more than a
+//! goal states ([`PERFORMED`]).
 //!
 //! Cost: that of the references, a few passes over the words and objects.
 
 mod assembly;
 mod ellipsis;
+mod function_words;
 mod names;
 mod noun_phrases;
+mod performed;
 mod resolution;
+mod unstated;
+mod verb_check;
 mod words;
 
 use std::ops::Range;
 
 use scene::SceneDescription;
+use scene::request::Input;
+
+pub use performed::PERFORMED;
 
 use crate::goal::Goal;
 use crate::refusal::Refusal;
 use crate::stacks::chained;
 use crate::task::Task;
 use crate::task_scene::TaskScene;
+use verb_check::require_performed;
 
 /// An instruction, ready for the analyst.
 pub struct Reading<'a> {
@@ -51,8 +60,8 @@ impl<'a> Reading<'a> {
     ///
     /// # Errors
     ///
-    /// [`Refusal`] without a goal, for parts that are not understood, and for phrases that do not say which objects of
-    /// the scene they mean.
+    /// [`Refusal`] for a verb that is not performed, without a goal, for parts that are not understood, and for phrases
+    /// that do not say which objects of the scene they mean.
     pub fn goal(&self, description: &SceneDescription) -> Result<Goal, Refusal> {
         assembly::goal(self, description)
     }
@@ -67,10 +76,17 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// The task of a scene whose request was an instruction; `None` if it was none, or if its goal needs an object that the
-/// scene does not have.
+/// The task of a scene whose request was an instruction; `None` if it was none, if a verb of it is not performed, or if
+/// its goal needs an object that the scene does not have.
 pub fn own_task(scene: &scene::Scene, robot: &str) -> Option<Task> {
-    let goal = scene.text.as_ref()?.goal.as_ref()?;
+    let account = scene.text.as_ref()?;
+    let goal = account.goal.as_ref()?;
+    let (text, understood) = match &scene.request.input {
+        Input::Text { text } | Input::Image { text: Some(text), .. } => (text, account.understood.as_slice()),
+        // An edit has the account of its parent's text, and not the text.
+        _ => (&goal.instruction, &[][..]),
+    };
+    require_performed(text, understood, &goal.predicates).ok()?;
     let is_present = |name: &scene::InstanceId| scene.instances.iter().any(|object| &object.name == name);
     let complete = goal.predicates.iter().flat_map(crate::goal::named).all(is_present);
     let predicates = Goal::new(chained(goal.predicates.clone())).ok().filter(|_| complete)?;

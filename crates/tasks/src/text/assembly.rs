@@ -10,7 +10,10 @@ use scene::{InstanceId, SceneDescription};
 
 use super::Reading;
 use super::noun_phrases::{NounPhrase, noun_phrases};
+use super::performed::{States, states};
 use super::resolution::{Resolved, resolved};
+use super::verb_check::require_performed;
+use super::words::words;
 use crate::goal::Goal;
 use crate::refusal::Refusal;
 use crate::stacks::chained;
@@ -26,6 +29,8 @@ struct Referents<'a> {
 
 pub(super) fn goal(reading: &Reading, description: &SceneDescription) -> Result<Goal, Refusal> {
     let unread = |parts: Vec<String>| Refusal::InstructionNotUnderstood { parts };
+    let stated = description.goal.as_ref().map_or(&[][..], |goal| &goal.predicates);
+    require_performed(reading.text(), &description.understood, stated)?;
     let Some(goal) = &description.goal else {
         let parts: Vec<String> = description.unrecognized.iter().map(|part| part.span.text.clone()).collect();
         return Err(if parts.is_empty() { Refusal::NoGoal } else { unread(parts) });
@@ -128,7 +133,9 @@ fn not_understood(description: &SceneDescription, referents: &Referents) -> Vec<
             UnrecognizedReason::NotSupported => is_goal(part.span.start),
             _ => false,
         };
-        !benign && !is_referred(part.span.start, part.span.end)
+        // "find the mug and put it on the plate".
+        let is_step = words(&part.span.text).iter().all(|word| states(&word.text) == Some(States::Nothing));
+        !benign && !is_step && !is_referred(part.span.start, part.span.end)
     });
     unread.map(|part| part.span.text.clone()).collect()
 }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use scene::text_account::TextMeaning;
 use scene::{InstanceId, SceneDescription};
 
+use super::function_words::REQUEST_WORDS;
 use super::words::{Word, is_determiner, is_joined, words};
 
 /// A place of the text that names objects of the description.
@@ -58,7 +59,9 @@ pub(super) fn noun_phrases(text: &str, description: &SceneDescription) -> Vec<No
     let mut phrases: Vec<NounPhrase> = Vec::new();
     for word in &words {
         let objects = objects_of(word, description);
-        if objects.is_empty() || (PLACES.contains(&word.text.as_str()) && !is_modifier(word, &words)) {
+        let text_of = word.text.as_str();
+        let is_place = PLACES.contains(&text_of) && !is_modifier(word, &words);
+        if objects.is_empty() || is_place || REQUEST_WORDS.contains(&text_of) {
             continue;
         }
         match phrases.last_mut() {

@@ -1,4 +1,4 @@
-//! Instructions in a made scene, with the right goals, as `sentences.toml` states them.
+//! Instructions in a made scene, with the right goals, as `sentences.toml` and `verbs.toml` state them.
 
 use crate::made_scene::made_scene;
 use embedded::text_parser::{DescribeOptions, TextParserSettings, describe};
@@ -22,8 +22,18 @@ fn task_of(text: &str, scene: &TaskScene) -> Result<Task, Refusal> {
 
 #[test]
 fn sentences_have_the_goals_that_the_table_states() {
-    let table: Sentences = toml::from_str(include_str!("sentences.toml")).expect("the table parses");
-    assert!(table.sentences.len() >= 40);
+    check(include_str!("sentences.toml"), 40);
+}
+
+/// Regressions: "crack the egg into the pan" was done by putting the egg there, "hand me the spoon" by lifting it.
+#[test]
+fn verbs_that_are_not_performed_are_refused_and_no_others() {
+    check(include_str!("verbs.toml"), 60);
+}
+
+fn check(table: &str, at_least: usize) {
+    let table: Sentences = toml::from_str(table).expect("the table parses");
+    assert!(table.sentences.len() >= at_least);
     let scene = made_scene();
     let mut wrong = Vec::new();
     for [text, expected] in &table.sentences {
