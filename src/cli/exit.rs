@@ -22,7 +22,7 @@ pub enum Exit {
     BatchIncomplete,
     /// 6: a robot did not do its task; the report says why.
     TaskFailed,
-    /// 130: stopped with Ctrl-C or by SIGTERM.
+    /// 130: stopped with Ctrl-C, by SIGTERM or by SIGHUP.
     Interrupted,
 }
 

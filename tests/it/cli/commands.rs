@@ -238,7 +238,7 @@ impl Serving {
 #[test]
 fn a_server_says_where_it_is_answers_and_stops_when_asked() {
     let home = tempfile::tempdir().unwrap();
-    for signal in ["-TERM", "-INT"] {
+    for signal in ["-TERM", "-INT", "-HUP"] {
         let mut serving = serve(home.path(), &["--set", "log.format=json"]);
         assert!(serving.get("/readyz").contains("\"ready\""));
         assert!(serving.get("/version").contains(env!("CARGO_PKG_VERSION")));
