@@ -13,6 +13,8 @@ pub mod remote;
 mod fetching;
 mod listening;
 pub mod pipeline;
+pub mod activity;
+mod grasps;
 pub mod tasks;
 pub mod episodes;
 pub mod executions;

@@ -8,6 +8,7 @@ pub mod options;
 pub mod number;
 pub mod terminal;
 pub mod signals;
+pub mod foreground;
 pub mod local_job;
 pub mod generate;
 pub mod bundle_input;

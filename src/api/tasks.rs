@@ -35,13 +35,20 @@ pub struct TasksRequest {
     /// An instruction to read in place of proposals.
     pub text: Option<String>,
     /// Whether only tasks are proposed whose grasps hold in simulation and whose motions the arm can make. Takes
-    /// seconds for each object.
+    /// seconds for each object. An instruction is not rehearsed.
     pub rehearsed: bool,
 }
 
 impl Default for TasksRequest {
     fn default() -> Self {
-        Self { robot: "panda".to_owned(), count: 5, seed: 0, text: None, rehearsed: false }
+        Self { robot: "panda".to_owned(), count: 5, seed: 0, text: None, rehearsed: true }
+    }
+}
+
+impl TasksRequest {
+    /// Whether proposals are asked for that are rehearsed.
+    fn is_rehearsed(&self) -> bool {
+        self.rehearsed && self.text.is_none()
     }
 }
 
@@ -60,7 +67,7 @@ pub async fn list(
     let scene = find(&api, &scene_id).await?;
     let bundle = ParentBundle::of(&api, &scene, true).await?;
     // Rehearsals simulate for seconds, as executions do; the rest takes milliseconds.
-    let permit = if request.rehearsed {
+    let permit = if request.is_rehearsed() {
         api.executions.clone().try_acquire_owned().map_err(|_| overloaded())?
     } else {
         api.decoders.clone().acquire_owned().await.map_err(|_| overloaded())?
@@ -83,8 +90,12 @@ pub fn check(request: &TasksRequest, max_text_chars: usize) -> Result<(), Proble
     if !(1..=MAX_TASKS).contains(&request.count) {
         return Err(invalid("count", format!("must be a whole number from 1 to {MAX_TASKS}")));
     }
-    if request.rehearsed && request.count > MAX_REHEARSED {
-        return Err(invalid("count", format!("must be at most {MAX_REHEARSED} where tasks are rehearsed")));
+    if request.is_rehearsed() && request.count > MAX_REHEARSED {
+        let why = format!(
+            "must be at most {MAX_REHEARSED} where tasks are rehearsed; more are proposed with rehearsed=false \
+             (--no-rehearse)"
+        );
+        return Err(invalid("count", why));
     }
     if request.seed > MAX_SEED {
         return Err(invalid("seed", format!("must be at most {MAX_SEED}")));

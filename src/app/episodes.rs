@@ -10,8 +10,10 @@ mod unit_folder;
 
 use std::collections::BTreeSet;
 
+use super::activity::{Watch, staged};
 use super::executions::meshes::scene_meshes;
 use super::executions::{task_of, task_scene};
+use super::grasps::known_grasps;
 use crate::api::error::{FieldError, Problem, ProblemType};
 use crate::config::Resolved;
 use crate::pipeline::task_scene::{BundleScene, of_archive};
@@ -27,19 +29,27 @@ pub use card::card;
 use distractors::distractors;
 pub use order::{Cameras, EpisodesOrder};
 
+/// The stage in which the grasps of a task are tried, and the base of the robot is placed.
+const PREPARE: &str = "prepare";
+
 /// What all demonstrations of an order share. Takes seconds: grasps are tried in simulation, and distractors made.
 ///
 /// # Errors
 ///
 /// A [`Problem`] with the code of the refusal: for an order that will not do, a scene that is broken, and a task that
 /// the robot cannot do.
-pub fn setup(archive: &[u8], order: &EpisodesOrder, resolved: &Resolved) -> Result<Setup, Problem> {
+pub fn setup(
+    archive: &[u8],
+    order: &EpisodesOrder,
+    resolved: &Resolved,
+    watch: Watch,
+) -> Result<Setup, Problem> {
     order.check()?;
     let bundle = bundle_of(archive)?;
     let robot = Robot::built_in(&order.robot, None)
         .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
     let mut parts = parts_of(archive, &bundle)?;
-    let works = works(&bundle, &parts.scene, &robot, order, resolved)?;
+    let works = works(&bundle, &parts.scene, &robot, order, resolved, watch)?;
     let cameras = cameras(order, &works[0], &parts.scene);
     parts.distractors = distractors(&bundle, &order.randomization, order.seed, resolved);
     let wanted = Wanted {
@@ -76,21 +86,24 @@ fn works(
     robot: &Robot,
     order: &EpisodesOrder,
     resolved: &Resolved,
+    watch: Watch,
 ) -> Result<Vec<Work>, Problem> {
     let mut instructions = BTreeSet::new();
     let config = &resolved.config;
+    let mut known = known_grasps(bundle, scene, robot, &config.grasps, order.seed);
     let works = order.tasks.iter().enumerate().map(|(index, source)| {
         let wrong =
             |detail: String| Problem::invalid(vec![FieldError::new(format!("/tasks/{index}"), detail)]);
-        let task = task_of(source.clone(), bundle, &order.robot, resolved)?;
+        let task = task_of(source.clone(), bundle, &mut known, resolved, watch)?;
         if task.robot != order.robot {
             return Err(wrong(format!("is for the robot {}, not {}", task.robot, order.robot)));
         }
         if !instructions.insert(task.instruction.clone()) {
             return Err(wrong(format!("\"{}\" is in the list twice", task.instruction)));
         }
-        prepare(scene, robot, task, &config.grasps, &config.execution, order.seed)
-            .map_err(|error| refused(&error))
+        let instruction = task.instruction.clone();
+        let prepare = || prepare(robot, task, &mut known, &config.execution);
+        staged(watch, PREPARE, Some(&instruction), prepare).map_err(|error| refused(&error))
     });
     works.collect()
 }

@@ -7,7 +7,9 @@ pub mod video;
 
 use std::sync::Arc;
 
-use super::tasks::{instructed_task, limits_of};
+use super::activity::{Watch, staged, unwatched};
+use super::grasps::{broken, known_grasps};
+use super::tasks::{instructed_task, robot_named};
 use crate::api::error::{FieldError, Problem, ProblemType};
 use crate::api::executions::{
     BasePlace, ExecuteTask, ExecutionAnswer, ExecutionFormat, ExecutionRequest, RequestedTask,
@@ -16,7 +18,7 @@ use crate::config::Resolved;
 use crate::pipeline::task_scene::{BundleScene, of_archive, simulated};
 use export::archive::zip_files;
 use geometry::{DVec3, Pose};
-use manipulation::execution::{Execution, Refusal, RobotStart, TaskScene, check_base, execute, find_grasps};
+use manipulation::execution::{Execution, KnownGrasps, Refusal, RobotStart, TaskScene, check_base, execute};
 use manipulation::frames::to_isometry;
 use robot::model::Robot;
 use runtime::seed::child_rng;
@@ -29,6 +31,16 @@ pub enum TaskSource {
     /// An instruction in words.
     Text(String),
     Task(Box<Task>),
+}
+
+impl TaskSource {
+    /// The robot that does it: the one that a task names, else the given one.
+    fn robot<'a>(&'a self, given: &'a str) -> &'a str {
+        match self {
+            Self::Text(_) => given,
+            Self::Task(task) => &task.robot,
+        }
+    }
 }
 
 /// A task that was executed.
@@ -45,20 +57,19 @@ pub fn execute_task(resolved: &Resolved) -> ExecuteTask {
     let resolved = resolved.clone();
     Arc::new(move |archive: &[u8], request: &ExecutionRequest| {
         let (source, robot) = match &request.task {
-            RequestedTask::Text { text, robot } => (TaskSource::Text(text.clone()), robot.clone()),
+            RequestedTask::Text { text, robot } => (TaskSource::Text(text.clone()), robot.as_str()),
             RequestedTask::Task(task) => {
                 let task = Task::deserialize(task).map_err(|error| {
                     Problem::invalid(vec![FieldError::new("/task", format!("is no task: {error}"))])
                 })?;
-                let robot = task.robot.clone();
-                (TaskSource::Task(Box::new(task)), robot)
+                (TaskSource::Task(Box::new(task)), "")
             }
         };
         // An unknown robot is found before the bundle is unpacked.
-        limits_of(&robot, &resolved.config.execution)?;
+        robot_named(source.robot(robot))?;
         let bundle = of_archive(archive)
             .map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))?;
-        let executed = run(&bundle, source, &robot, request.base, request.seed, &resolved)?;
+        let executed = run(&bundle, source, robot, request.base, request.seed, &resolved, &unwatched)?;
         if request.format == ExecutionFormat::Json {
             return Ok(ExecutionAnswer::Document(files::document(&executed)));
         }
@@ -71,7 +82,7 @@ pub fn execute_task(resolved: &Resolved) -> ExecuteTask {
 }
 
 /// Executes a task, with the base of the robot at a given place or where it is best. Takes seconds: grasps are tried in
-/// simulation first.
+/// simulation first, unless the bundle states them.
 ///
 /// # Errors
 ///
@@ -83,22 +94,26 @@ pub fn run(
     base: Option<BasePlace>,
     seed: u64,
     resolved: &Resolved,
+    watch: Watch,
 ) -> Result<Executed, Problem> {
-    let task = task_of(source, bundle, robot_name, resolved)?;
-    let robot = Robot::built_in(&task.robot, None)
-        .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
-    let scene = task_scene(bundle)?;
+    let robot = robot_named(source.robot(robot_name))?;
+    let (scene, config) = (task_scene(bundle)?, &resolved.config);
+    let mut known = known_grasps(bundle, &scene, &robot, &config.grasps, seed);
+    let task = task_of(source, bundle, &mut known, resolved, watch)?;
     let start =
         RobotStart { world_from_base: base.map(|base| to_isometry(&pose_of(base))), joint_positions: None };
     if let Some(base) = &start.world_from_base {
         check_base(&scene, &robot, base).map_err(|refusal| refused(&refusal))?;
     }
-    let broken = |error: manipulation::world::WorldError| {
-        Problem::new(ProblemType::Conflict, "broken_scene", error.to_string())
-    };
-    let grasps = find_grasps(&scene, &task.goal, &robot, &resolved.config.grasps, seed).map_err(broken)?;
+    for object in task.goal.moved_objects() {
+        staged(watch, "grasps", Some(object.as_str()), || known.of(object.as_str()).map(|_| ()))
+            .map_err(broken)?;
+    }
+    let grasps = known.book(&task.goal).map_err(broken)?;
     let mut rng = child_rng(seed, "execution");
-    let done = execute(&scene, &robot, &task, &grasps, &start, &resolved.config.execution, &mut rng);
+    let done = staged(watch, "motion", None, || {
+        execute(&scene, &robot, &task, &grasps, &start, &config.execution, &mut rng)
+    });
     let execution = done.map_err(|refusal| refused(&refusal))?;
     Ok(Executed { task, robot, seed, execution })
 }
@@ -115,13 +130,12 @@ fn pose_of(base: BasePlace) -> Pose {
 pub fn task_of(
     source: TaskSource,
     bundle: &BundleScene,
-    robot_name: &str,
+    known: &mut KnownGrasps,
     resolved: &Resolved,
+    watch: Watch,
 ) -> Result<Task, Problem> {
     match source {
-        TaskSource::Text(text) => {
-            instructed_task(&text, bundle, &limits_of(robot_name, &resolved.config.execution)?, resolved)
-        }
+        TaskSource::Text(text) => instructed_task(&text, bundle, known, resolved, watch),
         TaskSource::Task(task) => Ok(*task),
     }
 }

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde_json::Value;
 use tokio_util::sync::CancellationToken;
 
+use super::activity::unwatched;
 use super::episodes::{EpisodesOrder, card, ordered, setup};
 use super::executions::TaskSource;
 use crate::api::Problem;
@@ -54,7 +55,7 @@ fn prepare(resolved: &Resolved) -> Prepare {
             ),
         })?;
         let order = ordered(&body).map_err(refusal)?;
-        let setup = setup(archive, &order, &resolved).map_err(refusal)?;
+        let setup = setup(archive, &order, &resolved, &unwatched).map_err(refusal)?;
         let card = card(title(&body, &order), &resolved, &setup);
         Ok(Preparation { setup, card, keeps_failures: order.keeps_failures })
     })

@@ -5,19 +5,22 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde_json::json;
 
+use super::activity::{Activity, Watch, staged, unwatched};
+use super::executions::task_scene as simulated_scene;
+use super::grasps::{known_grasps, limits, note, note_wide};
 use crate::api::error::{FieldError, Problem, ProblemType};
 use crate::api::tasks::{ProposeTasks, TasksRequest};
 use crate::config::Resolved;
 use crate::pipeline::error::StageError;
 use crate::pipeline::task_scene::{self, BundleScene};
 use embedded::analyst;
-use manipulation::execution::{ExecutionSettings, Rehearsal};
+use manipulation::execution::{KnownGrasps, Rehearsal};
 use remote::settings::AnalystProvider;
 use robot::model::{Robot, library};
 use scene::request::RequestOptions;
 use tasks::proposals::{ProposedTask, propose, propose_if};
 use tasks::text::own_task;
-use tasks::{Reading, Refusal, RobotLimits, Task, validate};
+use tasks::{Reading, Refusal, Task, validate};
 
 /// The tasks of a scene.
 #[derive(Clone, Debug, Serialize)]
@@ -38,9 +41,9 @@ pub fn propose_tasks(resolved: &Resolved) -> ProposeTasks {
     let resolved = resolved.clone();
     Arc::new(move |archive: &[u8], request: &TasksRequest| {
         // An unknown robot is found before the bundle is unpacked.
-        let robot = limits_of(&request.robot, &resolved.config.execution)?;
+        let robot = robot_named(&request.robot)?;
         let bundle = task_scene::of_archive(archive).map_err(unreadable)?;
-        tasks_of(&bundle, request, robot, &resolved).map(|found| json!(found))
+        tasks_of(&bundle, request, &robot, &resolved, &unwatched).map(|found| json!(found))
     })
 }
 
@@ -52,33 +55,56 @@ pub fn propose_tasks(resolved: &Resolved) -> ProposeTasks {
 pub fn tasks_of(
     bundle: &BundleScene,
     request: &TasksRequest,
-    robot: RobotLimits,
+    robot: &Robot,
     resolved: &Resolved,
+    watch: Watch,
 ) -> Result<SceneTasks, Problem> {
+    let (scene, config) = (simulated_scene(bundle)?, &resolved.config);
+    let mut known = known_grasps(bundle, &scene, robot, &config.grasps, request.seed);
     let (instructed, proposed) = match &request.text {
-        Some(text) => (Some(instructed_task(text, bundle, &robot, resolved)?), Vec::new()),
-        None if request.rehearsed => (None, rehearsed(bundle, request, &robot, resolved)?),
-        None => (None, propose(&bundle.tasks, request.count, request.seed, &robot)),
+        Some(text) => (Some(instructed_task(text, bundle, &mut known, resolved, watch)?), Vec::new()),
+        None if request.rehearsed => (None, rehearsed(bundle, request, &mut known, resolved, watch)?),
+        None => {
+            let limits = limits(&mut known, bundle, config)?;
+            (None, propose(&bundle.tasks, request.count, request.seed, &limits))
+        }
     };
-    let own = own_task(&bundle.scene, &robot.name);
-    Ok(SceneTasks { robot: robot.name, seed: request.seed, own, instructed, proposed })
+    let own = own_task(&bundle.scene, robot.name());
+    Ok(SceneTasks { robot: robot.name().to_owned(), seed: request.seed, own, instructed, proposed })
 }
 
-/// Proposals whose grasps hold and whose motions the arm can make.
+/// Proposals whose grasps hold and whose motions the arm can make. Each is rehearsed when it is its turn, until there
+/// are as many as were asked for.
 fn rehearsed(
     bundle: &BundleScene,
     request: &TasksRequest,
-    limits: &RobotLimits,
+    known: &mut KnownGrasps,
     resolved: &Resolved,
+    watch: Watch,
 ) -> Result<Vec<ProposedTask>, Problem> {
-    let robot = built_in(&limits.name)?;
-    let (scene, config) = (super::executions::task_scene(bundle)?, &resolved.config);
-    let rehearsal = Rehearsal::new(&scene, &robot, &config.grasps, &config.execution, request.seed);
-    let mut rehearsal =
+    let config = &resolved.config;
+    let mut limits = limits(known, bundle, config)?;
+    note_wide(&mut limits, bundle, known, watch)?;
+    let rehearsal = Rehearsal::new(known.scene(), known.robot(), &config.execution);
+    let rehearsal =
         rehearsal.map_err(|error| Problem::new(ProblemType::Conflict, "broken_scene", error.to_string()))?;
-    let mut can_be_done = |task: &Task| rehearsal.can_be_done(task);
-    Ok(propose_if(&bundle.tasks, request.count, request.seed, limits, &mut can_be_done))
+    let mut found = 0;
+    let mut can_be_done = |task: &Task| {
+        // What cannot be simulated has no grasp.
+        let rehearse = || known.book(&task.goal).is_ok_and(|grasps| rehearsal.can_be_done(task, &grasps));
+        let is_possible = staged(watch, REHEARSE, Some(&task.instruction), rehearse);
+        if is_possible {
+            found += 1;
+            let message = format!("{found} of {}: {}", request.count, task.instruction);
+            watch(Activity::Found { stage: REHEARSE, message });
+        }
+        is_possible
+    };
+    Ok(propose_if(&bundle.tasks, request.count, request.seed, &limits, &mut can_be_done))
 }
+
+/// The stage in which proposals are rehearsed.
+const REHEARSE: &str = "rehearse";
 
 /// The task of an instruction.
 ///
@@ -88,8 +114,9 @@ fn rehearsed(
 pub fn instructed_task(
     text: &str,
     bundle: &BundleScene,
-    robot: &RobotLimits,
+    known: &mut KnownGrasps,
     resolved: &Resolved,
+    watch: Watch,
 ) -> Result<Task, Problem> {
     let analysts = &resolved.config.providers.analyst;
     if !analysts.iter().all(|provider| *provider == AnalystProvider::Embedded) {
@@ -102,21 +129,26 @@ pub fn instructed_task(
     let description =
         analyst::describe(reading.text(), bundle.scene.seed, &options, &resolved.config.analyst)
             .map_err(|error| Problem::invalid(vec![FieldError::new("/text", error.to_string())]))?;
-    let task = reading.task(&description, &robot.name).map_err(|refusal| refused(&refusal))?;
-    validate(&task, &bundle.tasks, std::slice::from_ref(robot)).map_err(|refusal| refused(&refusal))?;
-    Ok(task)
+    let task = reading.task(&description, known.robot().name()).map_err(|refusal| refused(&refusal))?;
+    let mut limits = limits(known, bundle, &resolved.config)?;
+    loop {
+        match validate(&task, &bundle.tasks, std::slice::from_ref(&limits)) {
+            Ok(()) => return Ok(task),
+            // A grasp that holds decides, not the width.
+            Err(Refusal::ObjectTooWide { object, .. }) if !limits.held.contains_key(&object) => {
+                staged(watch, "grasps", Some(object.as_str()), || note(&mut limits, &object, known))?;
+            }
+            Err(refusal) => return Err(refused(&refusal)),
+        }
+    }
 }
 
-/// What a robot can take and lift, from its file.
+/// A built-in robot.
 ///
 /// # Errors
 ///
 /// A [`Problem`] with the code `unknown_robot`.
-pub fn limits_of(name: &str, execution: &ExecutionSettings) -> Result<RobotLimits, Problem> {
-    Ok(execution.limits_of(&built_in(name)?))
-}
-
-fn built_in(name: &str) -> Result<Robot, Problem> {
+pub fn robot_named(name: &str) -> Result<Robot, Problem> {
     let known = || library::names().map(str::to_owned).collect();
     let unknown = |_| refused(&Refusal::UnknownRobot { robot: name.to_owned(), known: known() });
     Robot::built_in(name, None).map_err(unknown)

@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::bundle_input::BundleInput;
 use super::execute::source;
+use super::foreground::computed;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::output::check_apart;
@@ -123,11 +124,10 @@ fn record_episodes(arguments: &Arguments) -> Result<Exit, Failure> {
     check_apart(&arguments.out, &[&arguments.bundle])?;
     let order = order(arguments)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
-    let refusal = |problem| refused(problem, "--task");
-    if !arguments.json {
-        terminal::note("trying grasps and places for the robot");
-    }
-    let setup = setup(&archive, &order, &resolved).map_err(refusal)?;
+    let (of_setup, config) = (order.clone(), resolved.clone());
+    let setup = computed(arguments.json, move |watch| {
+        setup(&archive, &of_setup, &config, watch).map_err(|problem| refused(problem, "--task"))
+    })?;
     let amount = Amount {
         count: order.count,
         max_attempts: order.max_attempts,

@@ -7,11 +7,13 @@ use clap::Args;
 use serde_json::json;
 
 use super::bundle_input::BundleInput;
+use super::foreground::computed;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::output::{Kind, Output};
 use super::{Exit, Failure, input_file, number, scene_summary, terminal};
 use crate::api::executions::BasePlace;
+use crate::app::activity::staged;
 use crate::app::executions::{TaskSource, files, run as execute_task};
 use crate::pipeline::task_scene;
 use manipulation::execution::Execution;
@@ -46,7 +48,7 @@ pub struct Arguments {
     /// Also write a video of the motion, `video.mp4`, into the folder of --out; takes some seconds
     #[arg(long, requires = "out")]
     video: bool,
-    /// Print one JSON document, without the motion
+    /// Print one JSON document, without the motion, and no progress
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -64,13 +66,20 @@ fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
     let output = output(arguments)?;
     let source = source(&arguments.task)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
-    let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
-    let refusal = |problem| refused(problem, "--task");
-    let executed = execute_task(&bundle, source, &arguments.robot, arguments.base, arguments.seed, &resolved)
-        .map_err(refusal)?;
+    let (robot, base, seed) = (arguments.robot.clone(), arguments.base, arguments.seed);
+    let (with_files, with_video) = (arguments.out.is_some(), arguments.video);
+    let (executed, files) = computed(arguments.json, move |watch| {
+        let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
+        let refusal = |problem| refused(problem, "--task");
+        let executed =
+            execute_task(&bundle, source, &robot, base, seed, &resolved, watch).map_err(refusal)?;
+        let files = || files::all_files(&archive, &executed, with_video).map_err(refusal);
+        let files = if with_files { staged(watch, "files", None, files)? } else { Vec::new() };
+        Ok((executed, files))
+    })?;
     if let Some(output) = output {
         let partial = output.begin()?;
-        for file in files::all_files(&archive, &executed, arguments.video).map_err(refusal)? {
+        for file in files {
             partial.write(&file.path, &file.bytes)?;
         }
         partial.publish()?;

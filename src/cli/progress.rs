@@ -83,9 +83,14 @@ impl Progress {
                 let message = event.data["failure"]["message"].as_str().unwrap_or_default();
                 self.line(&format!("  {message}; trying again in {seconds:.1} s"));
             }
-            "job_succeeded" | "job_failed" | "job_cancelled" => self.close_all_but(""),
+            "job_succeeded" | "job_failed" | "job_cancelled" => self.finish(),
             _ => {}
         }
+    }
+
+    /// Writes the lines of the stages that are over, where no further event is to come.
+    pub fn finish(&mut self) {
+        self.close_all_but("");
     }
 
     /// Where the job is or was, in words.

@@ -6,10 +6,12 @@ use clap::Args;
 use serde_json::json;
 
 use super::bundle_input::BundleInput;
+use super::foreground::computed;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::output::check_apart;
 use super::{Exit, Failure, input_file, number, scene_summary, terminal};
+use crate::app::activity::staged;
 use crate::app::episodes::card;
 use crate::app::episodes::regenerate::{RecordedEpisode, recorded_episode, regenerate, setup_of};
 use crate::config::Resolved;
@@ -64,9 +66,14 @@ fn again(arguments: &Arguments) -> Result<Exit, Failure> {
     let episode = recorded_episode(&text, arguments.episode)
         .map_err(|what| Failure::usage(format!("{} {what}", records.display())))?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
-    let setup = setup_of(&archive, &episode, &resolved).map_err(|problem| refused(problem, "--dataset"))?;
-    let made = regenerate(&setup, &episode).map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
-    let made = made.map_err(|what| Failure::new(Exit::TaskFailed, what))?;
+    let (of_setup, config) = (episode.clone(), resolved.clone());
+    let (setup, made) = computed(arguments.json, move |watch| {
+        let setup = staged(watch, "prepare", None, || setup_of(&archive, &of_setup, &config));
+        let setup = setup.map_err(|problem| refused(problem, "--dataset"))?;
+        let made = staged(watch, "episode", None, || regenerate(&setup, &of_setup));
+        let made = made.map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
+        Ok((setup, made.map_err(|what| Failure::new(Exit::TaskFailed, what))?))
+    })?;
     if let Some(out) = &arguments.out {
         write(&setup, &resolved, out, &made.unit)
             .map_err(|error| Failure::new(Exit::Error, error.to_string()))?;

@@ -7,12 +7,13 @@ use clap::Args;
 use serde_json::json;
 
 use super::bundle_input::BundleInput;
+use super::foreground::computed;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::output::{Kind, Output};
 use super::{Exit, Failure, number, scene_summary, terminal};
 use crate::api::tasks::{MAX_TASKS, TasksRequest, check};
-use crate::app::tasks::{SceneTasks, limits_of, tasks_of};
+use crate::app::tasks::{SceneTasks, robot_named, tasks_of};
 use crate::pipeline::task_scene::{self, BundleScene};
 use tasks::proposals::Difficulty;
 use tasks::{Task, bddl, goal};
@@ -35,17 +36,17 @@ pub struct Arguments {
     /// Read this instruction in place of proposing tasks
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
     text: Option<String>,
-    /// Propose only what the arm can do: grasps are tried in simulation, and its motions are planned; takes seconds for
-    /// each object
-    #[arg(long, conflicts_with = "text")]
-    rehearse: bool,
+    /// Propose by shapes and weights alone, at once: without it, grasps are tried in simulation and the motions of the
+    /// arm are planned, which takes seconds for each object, for ten tasks at most
+    #[arg(long)]
+    no_rehearse: bool,
     /// Also write each task as JSON and as a BDDL problem into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Replace the tasks that an earlier run left in the folder of --out; a folder with other files is refused
     #[arg(long, requires = "out")]
     force: bool,
-    /// Print one JSON document instead of the table
+    /// Print one JSON document instead of the table, and no progress
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -60,16 +61,19 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn tasks(arguments: Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
-    let Arguments { robot, count, seed, text, rehearse, .. } = arguments;
-    let request = TasksRequest { robot, count, seed, text, rehearsed: rehearse };
+    let Arguments { robot, count, seed, text, no_rehearse, .. } = arguments;
+    let request = TasksRequest { robot, count, seed, text, rehearsed: !no_rehearse };
     let refusal = |problem| refused(problem, "--text");
     check(&request, resolved.config.server.max_text_chars).map_err(refusal)?;
-    let robot = limits_of(&request.robot, &resolved.config.execution).map_err(refusal)?;
+    let robot = robot_named(&request.robot).map_err(refusal)?;
     let check = |out: &PathBuf| Output::check(out, Kind::Tasks, arguments.force, &[&arguments.bundle]);
     let output = arguments.out.as_ref().map(check).transpose()?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
-    let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
-    let found = tasks_of(&bundle, &request, robot, &resolved).map_err(refusal)?;
+    let (found, bundle) = computed(arguments.json, move |watch| {
+        let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
+        let found = tasks_of(&bundle, &request, &robot, &resolved, watch).map_err(refusal)?;
+        Ok((found, bundle))
+    })?;
     if let Some(output) = output {
         write(&output, &found, &bundle)?;
     }
@@ -103,7 +107,11 @@ fn table(found: &SceneTasks) -> String {
         );
     }
     if found.proposed.is_empty() {
-        let _ = writeln!(text, "{} has nothing to do here: no object of the scene can be moved", found.robot);
+        let _ = writeln!(
+            text,
+            "{} has nothing to do here: it can do none of the tasks that fit the scene",
+            found.robot
+        );
     }
     text
 }

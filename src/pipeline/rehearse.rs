@@ -2,7 +2,8 @@
 //!
 //! An object is pickable if one of its grasps is free of table and neighbors there, and the arm makes the straight
 //! motions to it and up. Up to three tasks are proposed by the usual rules, of objects that are pickable, and executed
-//! in simulation. Seconds for each object and each task.
+//! in simulation. Whether an object is pickable is decided by its grasps, not by its width. Seconds for each object and
+//! each task.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -30,10 +31,9 @@ use runtime::seed::child_rng;
 use scene::InstanceId;
 use scene::certificate::{RobotFinding, TaskTried};
 use scene::grasps::GraspFile;
-use tasks::Task;
-use tasks::proposals::propose_if;
+use tasks::propose;
 
-pub const STAGE: Stage = Stage { name: "rehearse", version: 1 };
+pub const STAGE: Stage = Stage { name: "rehearse", version: 2 };
 
 /// Most tasks that are proposed.
 const MAX_TASKS: usize = 3;
@@ -117,7 +117,7 @@ fn rehearsed(inputs: &Inputs, mut loaded: Vec<Loaded>, cancel: &CancelFlag) -> R
     let hulls = loaded.iter().map(|body| &body.hulls);
     let scene = simulated(&composition, hulls).ok_or_else(|| broken("it has no table".to_owned()))?;
     let seen = described(&composition, &loaded)?;
-    let rehearsal = Rehearsal::new(&scene, &robot, grasp_settings, settings, *seed);
+    let rehearsal = Rehearsal::new(&scene, &robot, settings);
     let rehearsal = rehearsal.map_err(|error| broken(error.to_string()))?;
     let pickable: BTreeSet<&InstanceId> = seen
         .posed()
@@ -131,9 +131,10 @@ fn rehearsed(inputs: &Inputs, mut loaded: Vec<Loaded>, cancel: &CancelFlag) -> R
         .collect();
     cancel.check()?;
 
-    let mut moves_pickable =
-        |task: &Task| task.goal.moved_objects().iter().all(|name| pickable.contains(name));
-    let proposed = propose_if(&seen, MAX_TASKS, *seed, &settings.limits_of(&robot), &mut moves_pickable);
+    let mut limits = settings.limits_of(&robot, grasp_settings);
+    limits.held =
+        seen.posed().iter().map(|object| (object.name.clone(), pickable.contains(&object.name))).collect();
+    let proposed = propose(&seen, MAX_TASKS, *seed, &limits);
     let named = seen.posed().iter().zip(&grasps);
     let book: GraspBook =
         named.map(|(object, grasps)| (object.name.to_string(), grasps.clone().unwrap_or_default())).collect();

@@ -87,7 +87,7 @@ def about_tasks(case):
         query["robot"] = "panda"
     # An instruction in words is read, and is seldom one when it is random.
     query.pop("text", None)
-    if query.get("rehearsed") in (True, "true"):
+    if query.get("rehearsed", True) in (True, "true"):
         query["rehearsed"] = "true" if next(count) % REHEARSED_ONE_IN == 0 else "false"
         query["count"] = min(int(query.get("count", MOST_REHEARSED)), MOST_REHEARSED)
 

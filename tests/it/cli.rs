@@ -6,6 +6,7 @@ mod messages;
 mod edits;
 mod episodes;
 mod executions;
+mod foreground;
 mod batch;
 mod backups;
 mod deployment;

@@ -5,9 +5,8 @@ use episodes::description::{CameraDescription, DatasetDescription, InstanceIdWid
 use episodes::format::Format;
 use geometry::collision_shape::{BrokenHull, CollisionShape};
 use geometry::{DVec3, Pose, TexturedMesh};
-use manipulation::execution::{ExecutionSettings, GraspBook, Rehearsal, SceneError, TaskScene, find_grasps};
+use manipulation::execution::{ExecutionSettings, GraspBook, KnownGrasps, Rehearsal, SceneError, TaskScene};
 use manipulation::frames::{to_isometry, to_pose};
-use manipulation::grasp::GraspSettings;
 use manipulation::link_meshes::link_meshes;
 use manipulation::world::WorldError;
 use nalgebra::Isometry3;
@@ -122,21 +121,20 @@ pub enum SetupError {
     Description(#[from] EpisodeError),
 }
 
-/// Finds the grasps of a task, and where the robot stands: what is moved is tried in simulation, which takes seconds.
+/// Finds the grasps of a task, and where the robot stands: what is moved is tried in simulation, which takes seconds,
+/// unless its grasps are known.
 ///
 /// # Errors
 ///
 /// [`SetupError::NotFeasible`] if no place for the base is good; others for a broken scene.
 pub fn prepare(
-    scene: &TaskScene,
     robot: &Robot,
     task: Task,
-    grasp_settings: &GraspSettings,
+    known: &mut KnownGrasps,
     settings: &ExecutionSettings,
-    seed: u64,
 ) -> Result<Work, SetupError> {
-    let grasps = find_grasps(scene, &task.goal, robot, grasp_settings, seed)?;
-    let rehearsal = Rehearsal::new(scene, robot, grasp_settings, settings, seed)?;
+    let grasps = known.book(&task.goal)?;
+    let rehearsal = Rehearsal::new(known.scene(), robot, settings)?;
     let Some(base) = rehearsal.base_for(&task, &grasps) else {
         return Err(SetupError::NotFeasible { instruction: task.instruction });
     };

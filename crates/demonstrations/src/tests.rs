@@ -6,7 +6,7 @@ use geometry::convex_hull::convex_hull;
 use geometry::mass_properties::solid_mass_properties;
 use geometry::shapes::{block, cylinder};
 use geometry::{DVec2, DVec3, Friction, Material, Outline, Pose, Rgb, Solid, TexturedMesh};
-use manipulation::execution::{ExecutionSettings, TaskScene};
+use manipulation::execution::{ExecutionSettings, KnownGrasps, TaskScene};
 use manipulation::grasp::GraspSettings;
 use physics::Body;
 use robot::model::Robot;
@@ -150,7 +150,8 @@ fn episode(ranges: Randomization) -> (Setup, EpisodeUnit) {
     let robot = Robot::built_in("panda", None).expect("built in");
     let settings: ExecutionSettings = test_settings::section("execution");
     let grasps: GraspSettings = test_settings::section("grasps");
-    let work = prepare(&parts.scene, &robot, task(), &grasps, &settings, 5).expect("feasible");
+    let mut known = KnownGrasps::new(&parts.scene, &robot, &grasps, 5);
+    let work = prepare(&robot, task(), &mut known, &settings).expect("feasible");
     let (work_m, base_m) = (work.center_m(&parts.scene), work.world_from_base.translation_m);
     let cameras = ["side", "wrist"].map(|name| usual(name, work_m, base_m, 48).expect("a usual camera"));
     let setup = Setup::new(parts, robot, vec![work], wanted(cameras.to_vec(), ranges), &settings);

@@ -11,6 +11,7 @@
 mod attempt;
 mod base;
 mod fingers;
+mod known_grasps;
 mod leave;
 mod motion_problems;
 mod motions;
@@ -34,14 +35,13 @@ use std::iter;
 
 use geometry::Pose;
 use nalgebra::Isometry3;
-use physics::Body;
 use rand::Rng;
 use robot::model::Robot;
-use runtime::seed::child_rng;
 use serde::{Deserialize, Serialize};
-use tasks::{Disturbance, Goal, PredicateOutcome, Task};
+use tasks::{Disturbance, PredicateOutcome, Task};
 
 pub use base::check_base;
+pub use known_grasps::KnownGrasps;
 pub use motion_problems::{MotionProblem, NoProblem, PickAndPlace, PickAndPlaces};
 pub use record::{Frame, Phase, Recording};
 pub use refusal::Refusal;
@@ -52,8 +52,8 @@ pub use steps::{Step, steps};
 pub use transit::FreePath;
 
 use crate::frames::to_pose;
-use crate::grasp::{Grasp, GraspSettings, grasps};
-use crate::world::{ManipulationWorld, WorldError, WorldOptions};
+use crate::grasp::Grasp;
+use crate::world::{ManipulationWorld, WorldOptions};
 use attempt::Attempt;
 use motions::Motions;
 use runner::Runner;
@@ -139,37 +139,6 @@ pub struct PickReport {
     pub grasp: Grasp,
     /// How far the gripped point moved in the hand until it was let go, meters.
     pub slip_m: f64,
-}
-
-/// Finds the grasps of the objects that a goal moves. Those of an object depend on the seed and on nothing else in the
-/// scene.
-///
-/// # Errors
-/// If one of them cannot be simulated.
-pub fn find_grasps(
-    scene: &TaskScene,
-    goal: &Goal,
-    robot: &Robot,
-    settings: &GraspSettings,
-    seed: u64,
-) -> Result<GraspBook, WorldError> {
-    let moved = goal.moved_objects();
-    let objects = moved.iter().filter_map(|name| scene.index(name.as_str()));
-    let found = objects.map(|index| {
-        let object = &scene.objects[index];
-        Ok((object.name.clone(), grasps_of(object, robot, settings, seed)?))
-    });
-    found.collect()
-}
-
-/// The grasps of one object.
-fn grasps_of(
-    object: &Body,
-    robot: &Robot,
-    settings: &GraspSettings,
-    seed: u64,
-) -> Result<Vec<Grasp>, WorldError> {
-    grasps(object, robot, settings, &mut child_rng(seed, &format!("grasps of {}", object.name)))
 }
 
 /// Executes a task. A task that fails is an [`Execution`] with its reason.

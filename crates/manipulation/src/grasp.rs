@@ -33,7 +33,7 @@ use antipodal::{Candidate, candidates};
 use second_search::{Experience, excess, more_candidates};
 
 pub(crate) use export::gripper_joint;
-pub use export::{grasp_file, isaac_grasp_yaml};
+pub use export::{grasp_file, grasps_of_file, isaac_grasp_yaml};
 pub use hand_shape::HandShape;
 pub use scene::grasps::GraspVerdict as Verdict;
 pub use settings::{GraspSettings, TrialSettings};

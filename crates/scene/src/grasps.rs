@@ -33,6 +33,9 @@ pub struct GraspRecord {
     pub verdict: GraspVerdict,
     /// How far the gripped point moved in the hand while it was shaken; 0 if it was not tried.
     pub slip_m: f64,
+    /// By how much the object turned in the hand from when it was gripped, radians; 0 if it was not tried.
+    #[serde(default)]
+    pub turn_rad: f64,
 }
 
 /// What the trial of a grasp in simulation said.

@@ -23,7 +23,7 @@ use tasks::{ObjectAppearance, ObjectShape, ProposedTask, Reading, RobotLimits, T
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let count: usize = arguments.next().ok_or("COUNT is missing")?.parse()?;
-    let robot = RobotLimits { name: "panda".into(), max_opening_m: 0.08, max_payload_kg: 3.0 };
+    let robot = RobotLimits::new("panda", 0.08, 0.005, 3.0);
     let out = std::env::var("TASKS_OUT").ok();
     if let Some(folder) = &out {
         std::fs::create_dir_all(folder)?;

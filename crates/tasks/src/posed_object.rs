@@ -54,10 +54,10 @@ impl ObjectShape {
         &self.collision
     }
 
-    /// Where a gripper of this opening grasps it: [`grasp_width`], kept for the first opening.
-    pub fn grasp_width(&self, opening_m: f64) -> GraspWidth {
-        let (known_m, width) = self.grasp_width.get_or_init(|| (opening_m, grasp_width(self, opening_m)));
-        if *known_m == opening_m { *width } else { grasp_width(self, opening_m) }
+    /// Where a gripper grasps it that takes at most this: [`grasp_width`], kept for the first width.
+    pub fn grasp_width(&self, widest_m: f64) -> GraspWidth {
+        let (known_m, width) = self.grasp_width.get_or_init(|| (widest_m, grasp_width(self, widest_m)));
+        if *known_m == widest_m { *width } else { grasp_width(self, widest_m) }
     }
 
     /// The opening of a container; `None` for what holds nothing.

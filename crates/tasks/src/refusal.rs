@@ -41,10 +41,14 @@ pub enum Refusal {
     #[error("{object} cannot be grasped by a parallel gripper: move another object")]
     NotGraspable { object: InstanceId },
     #[error(
-        "{object} is {width_m:.3} m wide between its narrowest sides and has no part to grasp, the gripper of {robot} \
-        opens to {opening_m:.3} m: use another robot or object"
+        "{object} is {width_m:.3} m wide between its narrowest sides and has no narrower part to grasp; the gripper of \
+        {robot} opens to {opening_m:.3} m, of which {margin_m:.3} m stay free, so it takes {:.3} m: use another robot or \
+        object",
+        .opening_m - .margin_m
     )]
-    ObjectTooWide { object: InstanceId, robot: String, width_m: f64, opening_m: f64 },
+    ObjectTooWide { object: InstanceId, robot: String, width_m: f64, opening_m: f64, margin_m: f64 },
+    #[error("no grasp of {object} by {robot} held in simulation: use another robot or object")]
+    NoGraspHeld { object: InstanceId, robot: String },
     #[error(
         "{object} weighs {mass_kg:.2} kg with what it carries, {robot} lifts {payload_kg:.2} kg: use another robot or \
         object"
@@ -73,6 +77,7 @@ impl Refusal {
             Self::NoFreePlace { .. } => "no_free_place",
             Self::NotGraspable { .. } => "not_graspable",
             Self::ObjectTooWide { .. } => "object_too_wide",
+            Self::NoGraspHeld { .. } => "no_grasp",
             Self::ObjectTooHeavy { .. } => "object_too_heavy",
             Self::BrokenScene { .. } => "broken_scene",
         }

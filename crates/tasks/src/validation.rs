@@ -119,11 +119,11 @@ pub fn grasped_objects(goal: &Goal) -> Vec<&InstanceId> {
     goal.moved_objects().into_iter().filter(|name| grasped.contains(name)).collect()
 }
 
-/// The robot can grasp the object, and lift it with what rests on or in it.
+/// The robot can grasp the object, and lift it with what rests on or in it. Where grasps were tried, they decide.
 ///
 /// # Errors
 ///
-/// [`Refusal::NotGraspable`], [`Refusal::ObjectTooWide`] or [`Refusal::ObjectTooHeavy`].
+/// [`Refusal::NotGraspable`], [`Refusal::ObjectTooHeavy`], [`Refusal::ObjectTooWide`] or [`Refusal::NoGraspHeld`].
 pub fn require_movable(object: usize, scene: &TaskScene, robot: &RobotLimits) -> Result<(), Refusal> {
     let PosedObject { name, shape, .. } = &scene.posed()[object];
     if !shape.is_graspable {
@@ -139,14 +139,22 @@ pub fn require_movable(object: usize, scene: &TaskScene, robot: &RobotLimits) ->
             payload_kg: robot.max_payload_kg,
         });
     }
-    match shape.grasp_width(robot.max_opening_m) {
-        GraspWidth::Fits(_) => Ok(()),
+    let held = robot.held.get(name).copied();
+    if held == Some(true) {
+        return Ok(());
+    }
+    match shape.grasp_width(robot.max_width_m()) {
         GraspWidth::TooWide(width_m) => Err(Refusal::ObjectTooWide {
             object: name.clone(),
             robot: robot.name.clone(),
             width_m,
             opening_m: robot.max_opening_m,
+            margin_m: robot.opening_margin_m,
         }),
+        GraspWidth::Fits(_) if held == Some(false) => {
+            Err(Refusal::NoGraspHeld { object: name.clone(), robot: robot.name.clone() })
+        }
+        GraspWidth::Fits(_) => Ok(()),
     }
 }
 

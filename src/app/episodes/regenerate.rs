@@ -7,6 +7,7 @@ use super::distractors::distractors;
 use super::order::format_named;
 use super::{bundle_of, parts_of, refused};
 use crate::api::error::{Problem, ProblemType};
+use crate::app::grasps::known_grasps;
 use crate::config::Resolved;
 use demonstrations::setup::{Wanted, prepare};
 use demonstrations::{Attempted, EpisodeRecord, Setup, TaskPlace, attempt, record};
@@ -73,8 +74,8 @@ pub fn setup_of(archive: &[u8], episode: &RecordedEpisode, resolved: &Resolved) 
         formats.map_err(|detail| Problem::new(ProblemType::InvalidRequest, "broken_record", detail))?;
     let config = &resolved.config;
     let task = record.task.clone();
-    let work = prepare(&parts.scene, &robot, task, &config.grasps, &config.execution, record.dataset_seed)
-        .map_err(|error| refused(&error))?;
+    let mut known = known_grasps(&bundle, &parts.scene, &robot, &config.grasps, record.dataset_seed);
+    let work = prepare(&robot, task, &mut known, &config.execution).map_err(|error| refused(&error))?;
     parts.distractors = distractors(&bundle, &record.randomization, record.dataset_seed, resolved);
     let wanted = Wanted {
         cameras: record.cameras.clone(),

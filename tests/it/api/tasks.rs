@@ -17,7 +17,12 @@ async fn tasks_are_of_finished_scenes_and_known_robots() {
         ("?text=%20", (400, "invalid_parameter")),
         ("?count=many", (400, "invalid_parameter")),
         ("?arms=2", (400, "invalid_parameter")),
+        // Proposals are rehearsed, unless the client asks for others.
+        ("?count=11", (400, "invalid_parameter")),
+        ("?count=11&rehearsed=true", (400, "invalid_parameter")),
         // The scripted bundle has no objects.
+        ("?count=11&rehearsed=false", (409, "bundle_unreadable")),
+        ("?count=11&text=lift%20the%20mug", (409, "bundle_unreadable")),
         ("", (409, "bundle_unreadable")),
     ] {
         let reply = server.get(&format!("/scenes/{scene}/tasks{query}")).await;

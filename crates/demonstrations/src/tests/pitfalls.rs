@@ -66,7 +66,8 @@ fn goals_out_of_reach_are_refused_before_any_attempt() {
     let robot = Robot::built_in("piper", None).expect("built in");
     let (settings, grasps) = (test_settings::section("execution"), test_settings::section("grasps"));
     let task = Task { robot: "piper".to_owned(), ..task() };
-    let refused = prepare(&parts.scene, &robot, task, &grasps, &settings, 5).err();
+    let mut known = KnownGrasps::new(&parts.scene, &robot, &grasps, 5);
+    let refused = prepare(&robot, task, &mut known, &settings).err();
     assert!(matches!(refused, Some(SetupError::NotFeasible { .. })), "{:?}", refused.map(|e| e.to_string()));
 }
 

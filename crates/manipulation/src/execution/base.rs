@@ -10,6 +10,7 @@ use robot::planning::{PlanOptions, Planner};
 use super::motions::Motions;
 use super::obstacles::{PlannerArms, polyhedra, stand};
 use super::reach::Reach;
+use super::refusal::BasePoint;
 use super::scene::TaskScene;
 use super::settings::ExecutionSettings;
 use super::{BASES, Refusal};
@@ -170,13 +171,17 @@ fn footprints(scene: &TaskScene) -> Vec<Outline> {
 /// Checks a given place for the base: the arm has to be free at home, and near the table.
 ///
 /// # Errors
-/// [`Refusal::BaseNotFree`] and [`Refusal::TableOutOfReach`].
+/// [`Refusal::BaseNotFree`] and [`Refusal::BaseTooFar`].
 pub fn check_base(scene: &TaskScene, robot: &Robot, world_from_base: &Isometry3<f64>) -> Result<(), Refusal> {
-    if !is_near_table(scene, robot, world_from_base) {
-        return Err(Refusal::TableOutOfReach);
+    let point = world_from_base.translation.vector;
+    let at = BasePoint { x_m: point.x, y_m: point.y, z_m: point.z };
+    let (name, distance_m) = (robot.name().to_owned(), from_table_m(scene, world_from_base));
+    if distance_m >= reach_m(robot) {
+        return Err(Refusal::BaseTooFar { at, robot: name, distance_m, reach_m: reach_m(robot) });
     }
     let arms = PlannerArms::new(robot)?;
-    home_is_free(&solids_of(scene), robot, &arms, world_from_base).then_some(()).ok_or(Refusal::BaseNotFree)
+    let is_free = home_is_free(&solids_of(scene), robot, &arms, world_from_base);
+    is_free.then_some(()).ok_or(Refusal::BaseNotFree { at, robot: name })
 }
 
 /// Whether the arm can wait at home, among solids in the world.
@@ -208,12 +213,13 @@ pub(crate) fn tool_poses(places: &[Pose], grasps: &[crate::grasp::Grasp]) -> Alt
 
 /// Whether the arm at its place reaches any point of the table.
 pub(crate) fn reaches_table(motions: &Motions) -> bool {
-    is_near_table(motions.scene, motions.robot, &motions.world_from_base)
+    from_table_m(motions.scene, &motions.world_from_base) < reach_m(motions.robot)
 }
 
-fn is_near_table(scene: &TaskScene, robot: &Robot, world_from_base: &Isometry3<f64>) -> bool {
+/// How far a base stands outside the edge of the table, seen from above; negative on it.
+fn from_table_m(scene: &TaskScene, world_from_base: &Isometry3<f64>) -> f64 {
     let at = world_from_base.translation.vector;
-    -scene.outline.depth_inside_m(DVec2::new(at.x, at.y)) < reach_m(robot)
+    -scene.outline.depth_inside_m(DVec2::new(at.x, at.y))
 }
 
 #[cfg(test)]

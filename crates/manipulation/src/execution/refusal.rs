@@ -14,13 +14,16 @@ use crate::world::WorldError;
 /// Why a task is not attempted. The codes are stable.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    #[error("the goal names {name}, which is not in the scene; name one of its objects")]
-    AbsentObject { name: String },
+    #[error("the goal names {name}, which is not in the scene; it has {}", .candidates.join(", "))]
+    AbsentObject { name: String, candidates: Vec<String> },
     #[error(
-        "{name} is thicker everywhere than the gripper opens ({opening_m} m); choose another object or robot"
+        "{name} is at least {thinnest_m:.3} m thick everywhere and the gripper opens to {opening_m:.3} m; choose \
+        another object or robot"
     )]
-    ObjectTooWide { name: String, opening_m: f64 },
-    #[error("{name} weighs {mass_kg} kg and the grip holds {max_kg} kg; choose another object or robot")]
+    ObjectTooWide { name: String, thinnest_m: f64, opening_m: f64 },
+    #[error(
+        "{name} weighs {mass_kg:.2} kg and the grip holds {max_kg:.2} kg; choose another object or robot"
+    )]
     ObjectTooHeavy { name: String, mass_kg: f64, max_kg: f64 },
     #[error("{name} does not move; choose another object")]
     ObjectFixed { name: String },
@@ -28,20 +31,44 @@ pub enum Refusal {
     GoalAlreadyTrue,
     #[error("{first} and {second} cannot both be where the goal wants them; state a goal for one of them")]
     GoalConflict { first: String, second: String },
-    #[error("an arm does not bring about {predicate}, or poses do not show it; state another goal")]
+    #[error(
+        "the robot does not bring about {predicate}, or poses do not show it; it can {}",
+        tasks::text::PERFORMED
+    )]
     UnsupportedGoal { predicate: String },
     #[error(
         "no place for the base of the robot reaches all that the task needs; move the objects or the robot"
     )]
     TableOutOfReach,
-    #[error("the arm touches something where it starts with its base there; give another place, or none")]
-    BaseNotFree,
+    #[error(
+        "with its base at {at}, {robot} is {distance_m:.2} m away from the edge of the table and reaches {reach_m:.2} m; \
+        give a place beside or on the table, or none"
+    )]
+    BaseTooFar { at: BasePoint, robot: String, distance_m: f64, reach_m: f64 },
+    #[error(
+        "with its base at {at}, {robot} touches the table or an object where it waits; give another place, or none"
+    )]
+    BaseNotFree { at: BasePoint, robot: String },
     #[error(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
     World(#[from] WorldError),
     #[error("the planner cannot handle this robot: {0}")]
     Robot(#[from] robot::collision::ArmError),
+}
+
+/// Where a base was asked to stand, in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BasePoint {
+    pub x_m: f64,
+    pub y_m: f64,
+    pub z_m: f64,
+}
+
+impl std::fmt::Display for BasePoint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "x {:.2}, y {:.2}, z {:.2} m", self.x_m, self.y_m, self.z_m)
+    }
 }
 
 impl Refusal {
@@ -55,8 +82,8 @@ impl Refusal {
             Self::GoalAlreadyTrue => "goal_already_true",
             Self::GoalConflict { .. } => "goal_conflict",
             Self::UnsupportedGoal { .. } => "predicate_not_supported",
-            Self::TableOutOfReach => "table_out_of_reach",
-            Self::BaseNotFree => "base_not_free",
+            Self::TableOutOfReach | Self::BaseTooFar { .. } => "table_out_of_reach",
+            Self::BaseNotFree { .. } => "base_not_free",
             Self::Scene(_) => "broken_object",
             Self::World(_) => "broken_object",
             Self::Robot(_) => "unsupported_robot",
@@ -74,7 +101,10 @@ pub(crate) fn check(
     settings: &ExecutionSettings,
 ) -> Result<(), Refusal> {
     for name in goal.named_objects() {
-        scene.index(name.as_str()).ok_or_else(|| Refusal::AbsentObject { name: name.to_string() })?;
+        if scene.index(name.as_str()).is_none() {
+            let candidates = scene.objects.iter().map(|object| object.name.clone()).collect();
+            return Err(Refusal::AbsentObject { name: name.to_string(), candidates });
+        }
     }
     for predicate in goal.predicates() {
         let kind = predicate.predicate;
@@ -114,7 +144,7 @@ fn can_be_taken(
     let thinnest_m = object.hulls.iter().map(thinnest_m).fold(f64::INFINITY, f64::min);
     let has_grasp = grasps.get(&object.name).is_some_and(|grasps| !grasps.is_empty());
     if !has_grasp && thinnest_m > gripper.max_opening_m {
-        return Err(Refusal::ObjectTooWide { name, opening_m: gripper.max_opening_m });
+        return Err(Refusal::ObjectTooWide { name, thinnest_m, opening_m: gripper.max_opening_m });
     }
     Ok(())
 }

@@ -1,7 +1,5 @@
 //! Whether an arm can make the motions of a task, without a simulation.
 
-use std::collections::BTreeMap;
-
 use geometry::Pose;
 use nalgebra::Isometry3;
 use robot::model::Robot;
@@ -17,36 +15,29 @@ use super::scene::{SceneError, Shapes, TaskScene};
 use super::settings::ExecutionSettings;
 use super::steps::{Step, steps};
 use super::work::{bases_for, places};
-use super::{GraspBook, base, grasps_of, refusal};
-use crate::grasp::{Grasp, GraspSettings, Verdict};
+use super::{GraspBook, base, refusal};
+use crate::grasp::{Grasp, Verdict};
 
 /// Rehearses tasks in one scene with one robot: each step with the straight motions of its grasp and its place, as if
 /// objects came to rest exactly where they are put. The motions between them are not planned, and nothing is simulated
-/// but the grasps, once for each object, and what becomes of an object that is let go.
+/// but what becomes of an object that is let go.
 pub struct Rehearsal<'a> {
     scene: &'a TaskScene,
     shapes: Shapes,
     robot: &'a Robot,
-    grasp_settings: &'a GraspSettings,
     settings: &'a ExecutionSettings,
-    seed: u64,
-    known: BTreeMap<String, Vec<Grasp>>,
 }
 
 impl<'a> Rehearsal<'a> {
-    /// Grasps are those of an execution with the same seed.
-    ///
     /// # Errors
     /// If an object has a hull that is not convex.
     pub fn new(
         scene: &'a TaskScene,
         robot: &'a Robot,
-        grasp_settings: &'a GraspSettings,
         settings: &'a ExecutionSettings,
-        seed: u64,
     ) -> Result<Self, SceneError> {
         let shapes = Shapes::new(scene)?;
-        Ok(Self { scene, shapes, robot, grasp_settings, settings, seed, known: BTreeMap::new() })
+        Ok(Self { scene, shapes, robot, settings })
     }
 
     /// Whether the arm can pick an object up where it is, with one of these grasps and from some place of its base: a
@@ -61,16 +52,11 @@ impl<'a> Rehearsal<'a> {
         };
         let book = GraspBook::from([(object.to_string(), grasps.to_vec())]);
         let goal = Goal::new([lifted]);
-        goal.is_ok_and(|goal| self.is_possible(&Task::new("", goal, self.robot.name()), &book))
+        goal.is_ok_and(|goal| self.can_be_done(&Task::new("", goal, self.robot.name()), &book))
     }
 
-    /// Whether the arm can make all steps of a task from one place of its base.
-    pub fn can_be_done(&mut self, task: &Task) -> bool {
-        let grasps = self.grasps(task);
-        self.is_possible(task, &grasps)
-    }
-
-    fn is_possible(&self, task: &Task, grasps: &GraspBook) -> bool {
+    /// Whether the arm can make all steps of a task from one place of its base, with grasps of what the task moves.
+    pub fn can_be_done(&self, task: &Task, grasps: &GraspBook) -> bool {
         let (scene, robot, settings) = (self.scene, self.robot, self.settings);
         let refused = refusal::check(scene, &self.shapes, robot, &task.goal, grasps, settings).is_err();
         !refused && self.base_for(task, grasps).is_some()
@@ -85,20 +71,6 @@ impl<'a> Rehearsal<'a> {
                 base::reaches_table(&motions) && is_rehearsed(&motions, shapes, task, grasps)
             })
         })
-    }
-
-    /// The grasps of what a task moves; what cannot be simulated has none.
-    fn grasps(&mut self, task: &Task) -> GraspBook {
-        let moved = task.goal.moved_objects();
-        let objects = moved.iter().filter_map(|name| self.scene.index(name.as_str()));
-        for object in objects.map(|index| &self.scene.objects[index]) {
-            if !self.known.contains_key(&object.name) {
-                let found = grasps_of(object, self.robot, self.grasp_settings, self.seed);
-                self.known.insert(object.name.clone(), found.unwrap_or_default());
-            }
-        }
-        let known = |name: &str| Some((name.to_owned(), self.known.get(name)?.clone()));
-        moved.iter().filter_map(|name| known(name.as_str())).collect()
     }
 }
 

@@ -5,6 +5,8 @@ use robot::model::{Gripper, Robot};
 use serde::{Deserialize, Serialize};
 use tasks::RobotLimits;
 
+use crate::grasp::GraspSettings;
+
 /// Section `[execution]`: settings of [`execute`](super::execute).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -46,13 +48,10 @@ pub struct ExecutionSettings {
 
 impl ExecutionSettings {
     /// What a robot can take and lift, from its file.
-    pub fn limits_of(&self, robot: &Robot) -> RobotLimits {
+    pub fn limits_of(&self, robot: &Robot, grasps: &GraspSettings) -> RobotLimits {
         let gripper = robot.gripper();
-        RobotLimits {
-            name: robot.name().to_owned(),
-            max_opening_m: gripper.max_opening_m,
-            max_payload_kg: self.max_payload_kg(gripper),
-        }
+        let payload_kg = self.max_payload_kg(gripper);
+        RobotLimits::new(robot.name(), gripper.max_opening_m, grasps.opening_margin_m, payload_kg)
     }
 
     /// The heaviest object that a gripper may carry; the rest of its friction is for accelerations.

@@ -18,6 +18,7 @@ pub fn grasp_file(robot: &Robot, grasps: &[Grasp]) -> GraspFile {
         confidence: grasp.confidence,
         verdict: grasp.verdict,
         slip_m: grasp.slip_m,
+        turn_rad: grasp.turn_rad,
     };
     GraspFile {
         robot: robot.name().to_owned(),
@@ -25,6 +26,21 @@ pub fn grasp_file(robot: &Robot, grasps: &[Grasp]) -> GraspFile {
         gripper_joint: gripper_joint(robot).to_owned(),
         grasps: grasps.iter().map(record).collect(),
     }
+}
+
+/// The grasps of a record, as trials found them.
+pub fn grasps_of_file(file: &GraspFile) -> Vec<Grasp> {
+    let grasp = |record: &GraspRecord| Grasp {
+        object_from_tool: record.object_from_tool,
+        opening_m: record.opening_m,
+        pregrasp_opening_m: record.pregrasp_opening_m,
+        force_n: record.force_n,
+        confidence: record.confidence,
+        verdict: record.verdict,
+        slip_m: record.slip_m,
+        turn_rad: record.turn_rad,
+    };
+    file.grasps.iter().map(grasp).collect()
 }
 
 /// The name of the joint that moves the fingers.

@@ -10,7 +10,7 @@ use tasks::validation::end_state;
 use tasks::{Goal, PredicateKind, ProposalKind, Reading, RobotLimits, TaskScene, propose, validate};
 
 fn robot() -> RobotLimits {
-    RobotLimits { name: "panda".into(), max_opening_m: 0.08, max_payload_kg: 3.0 }
+    RobotLimits::new("panda", 0.08, 0.005, 3.0)
 }
 
 fn goal_of(text: &str, scene: &TaskScene) -> Option<Goal> {

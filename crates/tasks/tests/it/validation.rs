@@ -5,10 +5,10 @@ use tasks::{Goal, RobotLimits, Task, validate};
 
 fn robots() -> Vec<RobotLimits> {
     vec![
-        RobotLimits { name: "panda".into(), max_opening_m: 0.08, max_payload_kg: 3.0 },
-        RobotLimits { name: "feeble".into(), max_opening_m: 0.08, max_payload_kg: 0.1 },
-        RobotLimits { name: "wide".into(), max_opening_m: 0.5, max_payload_kg: 3.0 },
-        RobotLimits { name: "narrow".into(), max_opening_m: 0.03, max_payload_kg: 3.0 },
+        RobotLimits::new("panda", 0.08, 0.005, 3.0),
+        RobotLimits::new("feeble", 0.08, 0.005, 0.1),
+        RobotLimits::new("wide", 0.5, 0.005, 3.0),
+        RobotLimits::new("narrow", 0.03, 0.005, 3.0),
     ]
 }
 
