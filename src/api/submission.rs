@@ -267,3 +267,16 @@ pub(super) fn check_text(text: &str, max_chars: usize) -> Result<String, String>
         Ok(text.to_owned())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::check_text;
+
+    #[test]
+    fn a_text_without_a_letter_or_a_digit_is_empty() {
+        for text in ["", " \n", "!!!", "...", "🙂"] {
+            assert!(check_text(text, 100).is_err_and(|why| why.starts_with("is empty")), "{text:?}");
+        }
+        assert_eq!(check_text(" 3 mugs!\n", 100), Ok("3 mugs!".to_owned()));
+    }
+}

@@ -143,6 +143,7 @@ async fn bad_edits_are_refused_with_pointers_and_nothing_is_enqueued() {
         (operations(json!({ "op": "add", "object": "a", "where": ["on"] })), "/operations/1/where"),
         (operations(json!({ "op": "add", "object": "a spoon", "count": 33 })), "/operations/1/count"),
         (json!({ "text": "  " }), "/text"),
+        (json!({ "text": "!!!" }), "/text"),
         (json!({ "text": "x".repeat(201) }), "/text"),
         (json!({ "text": "a\u{0}b" }), "/text"),
         (json!({ "text": "qwrtz zorgle" }), "/text"),

@@ -1,6 +1,5 @@
 //! Sentences with the expected parses.
 
-mod accounts;
 mod attachment;
 mod data_set_tasks;
 mod descriptions;

@@ -2,7 +2,6 @@
 //! two cubes", "the top book of the stack".
 
 use super::action::{Action, Part};
-use super::parts::fixed_count;
 use super::{Parser, Referent};
 use crate::text_parser::phrase::{Determiner, Head, NounPhrase, noun_phrase};
 use crate::text_parser::property::Property;
@@ -178,48 +177,6 @@ impl Parser<'_, '_> {
         action.objects.push(Part { mention, take: Some(1) });
         self.salient = Some(mention);
         self.salient_list = vec![mention];
-        true
-    }
-
-    /// "two of the mugs are red", "half of the forks are black" as a subject: some of the objects that the text has.
-    /// Whether the rule applies.
-    pub(super) fn some_of_named(&mut self) -> bool {
-        let half = self.word(0) == Some("half");
-        let number = quantity(self.lexicon, self.tokens, self.at).filter(|_| !half);
-        let of = match number {
-            Some((_, length)) => self.at + length - 1,
-            None => self.at + 1,
-        };
-        let the = of + 1;
-        let is_part = (half || number.is_some()) && self.word_at(of) == Some("of");
-        if !is_part || !matches!(self.word_at(the), Some("the" | "these" | "those")) {
-            return false;
-        }
-        let Some((named, end)) = noun_phrase(self.lexicon, self.tokens, the) else { return false };
-        let Head::Objects(meanings) = &named.head else { return false };
-        if !named.properties.is_empty() || !named.counts.is_empty() || !self.finite_verb_at(end) {
-            return false;
-        }
-        let whole = (0..self.parsed.mentions.len()).rev().find(|&m| {
-            let mention = &self.parsed.mentions[m];
-            fixed_count(mention).is_some()
-                && mention.meanings.iter().any(|meaning| meanings.contains(meaning))
-        });
-        let Some(left) = whole.and_then(|whole| fixed_count(&self.parsed.mentions[whole])) else {
-            return false;
-        };
-        let count = match number {
-            Some(([low, high], _)) if low == high => low,
-            None if left % 2 == 0 => left / 2,
-            _ => return false,
-        };
-        let mut phrase = NounPhrase::part([count; 2], self.at..end);
-        // "half" is no number.
-        phrase.counts.extend(number.map(|_| self.at..the));
-        if count >= left || self.split.is_some() || !self.split_off_from(&phrase, whole) {
-            return false;
-        }
-        self.at = end;
         true
     }
 

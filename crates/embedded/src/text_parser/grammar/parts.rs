@@ -30,17 +30,11 @@ pub(super) struct Split {
 impl Parser<'_, '_> {
     /// "two mugs, one red and one blue": each phrase takes its share of the plural mention before it.
     pub(super) fn split_off(&mut self, phrase: &NounPhrase) -> bool {
-        let whole = self.whole_of(phrase);
-        self.split_off_from(phrase, whole)
-    }
-
-    /// As [`Self::split_off`], of this plural where no other one is being split.
-    pub(super) fn split_off_from(&mut self, phrase: &NounPhrase, whole: Option<usize>) -> bool {
         let count = phrase.count.map_or(1, |count| count[0]);
         let split = match self.split.clone() {
             Some(split) => split,
             None => {
-                let Some(origin) = whole else { return false };
+                let Some(origin) = self.whole_of(phrase) else { return false };
                 let whole = self.parsed.mentions[origin].clone();
                 let Some(left) = fixed_count(&whole) else { return false };
                 let (links, claims) = (self.parsed.links.len(), self.parsed.account.claims.len());
@@ -474,7 +468,7 @@ impl Parser<'_, '_> {
 }
 
 /// The number of objects if it is stated and more than one.
-pub(super) fn fixed_count(mention: &Mention) -> Option<u32> {
+fn fixed_count(mention: &Mention) -> Option<u32> {
     match mention.count {
         Some([low, high]) if low == high && (2..=64).contains(&low) => Some(low),
         _ => None,

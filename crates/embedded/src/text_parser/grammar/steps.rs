@@ -52,7 +52,6 @@ impl Parser<'_, '_> {
             || self.group_header()
             || self.stated_count()
             || self.counted_part()
-            || self.some_of_named()
         {
             return;
         }

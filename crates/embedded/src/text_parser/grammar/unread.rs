@@ -120,7 +120,7 @@ impl Parser<'_, '_> {
         })
     }
 
-    /// "if the apple is ripe put it in the bowl, otherwise put it on the plate": an instruction under a condition that no
+    /// "if the apple is ripe put it in the bowl, otherwise on the plate": an instruction under a condition that no
     /// scene shows. Whether the rule applies.
     pub(super) fn undecided(&mut self) -> bool {
         let begins = self.at == 0 || self.tokens[self.at - 1] == Token::End;
