@@ -57,7 +57,7 @@ impl Output {
     }
 
     /// The path as it was given.
-    pub fn path(&self) -> &Path {
+    pub fn given_path(&self) -> &Path {
         &self.shown
     }
 

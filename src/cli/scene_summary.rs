@@ -138,7 +138,7 @@ enum FolderOfScene {
 impl FolderOfScene {
     fn path(&self) -> &Path {
         match self {
-            Self::New(output) => output.path(),
+            Self::New(output) => output.given_path(),
             Self::Present(path) => path,
         }
     }

@@ -245,8 +245,8 @@ mod tests {
             let (states, actions) = (2 * robot.dof() + 3, robot.dof() + 3);
             let of_state = |k: usize| &vectors[k].state[states..states + 4];
             let dot = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>();
-            for k in 0..vectors.len() {
-                assert!(dot(of_state(k), &vectors[k].action[actions..actions + 4]) > 0.99, "{name} {k}");
+            for (k, vector) in vectors.iter().enumerate() {
+                assert!(dot(of_state(k), &vector.action[actions..actions + 4]) > 0.99, "{name} {k}");
                 assert!(k == 0 || dot(of_state(k - 1), of_state(k)) > 0.99, "{name} {k}");
             }
             // The columns have no second form: they are those of the quaternion, at every frame.

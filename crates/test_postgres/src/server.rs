@@ -67,7 +67,7 @@ impl Server {
         let text = std::fs::read_to_string(&note).map_err(|error| format!("{}: {error}", note.display()))?;
         let server = text.lines().next().unwrap_or_default().to_owned();
         // The server first, so that it starts no further process.
-        send(signal, &[server.clone()])?;
+        send(signal, std::slice::from_ref(&server))?;
         let children = children_of(&server)?;
         send(signal, &children)
     }
