@@ -109,7 +109,7 @@ async fn a_folder_without_a_database_is_refused() {
         restore(&empty, &target, &settings()).await.expect_err("no database"),
         verify(&empty, &settings()).await.expect_err("no database"),
     ] {
-        assert!(matches!(error, StoreError::DataDir { .. }), "{error}");
+        assert!(matches!(error, StoreError::NoDatabase { .. }), "{error}");
     }
     assert!(!target.join(DATABASE_FILE).exists());
 }

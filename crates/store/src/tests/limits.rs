@@ -55,6 +55,8 @@ async fn a_locked_table_refuses_reads_writes_and_readiness_in_time() {
         submitted(&store).await;
         store.is_healthy().await.expect("is well again");
     }
+    // The good verdict of a moment ago is over.
+    tokio::time::sleep(Duration::from_millis(1_100)).await;
     // A lock that lets reads pass, as that of CREATE INDEX, stops the work as well.
     sqlx::raw_sql("BEGIN; LOCK TABLE jobs IN SHARE MODE").execute(&mut operator).await.expect("locks");
     assert!(store.scene(&DEFAULT_TENANT, &scene).await.expect("reads").is_some());

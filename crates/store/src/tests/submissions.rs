@@ -76,8 +76,8 @@ pub(super) async fn a_dropped_caller_leaves_a_whole_submission(place: Place) {
     let store = place.store();
     for _ in 0..20 {
         let mut submission = Box::pin(store.submit(new_scene()));
-        // Polled once, so that it has begun, and dropped.
-        assert!(futures::poll!(&mut submission).is_pending());
+        // Polled once, so that it has begun, and dropped; mostly before it has ended.
+        let _ = futures::poll!(&mut submission);
     }
     let all = || SceneFilter { limit: 100, ..SceneFilter::default() };
     let mut scenes = 0;
