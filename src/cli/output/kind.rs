@@ -25,6 +25,8 @@ pub enum Kind {
     Batch,
     /// A backup, to which the next one adds what is new.
     Backup,
+    /// What an evaluation keeps of a scene or of its images.
+    Artifacts,
 }
 
 impl Kind {
@@ -36,6 +38,7 @@ impl Kind {
             Self::Tasks => "a list of tasks",
             Self::Batch => "a batch",
             Self::Backup => "a backup",
+            Self::Artifacts => "artifacts of an evaluation",
         }
     }
 
@@ -111,6 +114,11 @@ fn membership(folder: &Path, kind: Kind, names: &[String]) -> Option<Membership>
             let copies = ["blobs".to_owned(), format!("{}.partial", DATABASE_FILE)];
             let is_begun = names.iter().all(|name| copies.contains(name));
             (has(DATABASE_FILE) || is_begun).then(|| Box::new(|_: &str| true) as Membership)
+        }
+        Kind::Artifacts => {
+            let is_own = |path: &str| path.starts_with("artifacts/") || path.ends_with(".png");
+            let is_kept = has("artifacts") || names.iter().all(|name| is_own(name));
+            is_kept.then(|| Box::new(is_own) as Membership)
         }
     }
 }

@@ -62,7 +62,7 @@ async fn an_idle_server_notices_the_end_of_an_outage() {
 }
 
 /// A server on PostgreSQL whose limits are short enough for a test.
-async fn on_postgres(script: &Script, url: &str) -> Server {
+async fn on_postgres(script: &Arc<Script>, url: &str) -> Server {
     let set = [
         ("store.database", url),
         ("store.blobs", "memory"),

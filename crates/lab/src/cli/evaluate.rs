@@ -26,8 +26,9 @@ use runtime::CpuPool;
 use tabletopgen::app::config::Config;
 use tabletopgen::app::{AppError, logging};
 use tabletopgen::cli::options::ConfigOptions;
+use tabletopgen::cli::output::{Kind, Output};
 use tabletopgen::cli::scene_summary::write_artifacts;
-use tabletopgen::cli::{Exit, Failure, generate, output_dir, runtime, signals, terminal};
+use tabletopgen::cli::{Exit, Failure, generate, runtime, signals, terminal};
 use tabletopgen::pipeline::checkpoint::CancelFlag;
 use tabletopgen::pipeline::error::StageError;
 
@@ -282,8 +283,10 @@ async fn score(
     let scored = bench.layout.score(scene, difficulty, checkpoints, &call).await;
     if let Some(artifacts) = &bench.artifacts {
         let folder = artifacts.join(difficulty.name().replace(", ", "-").replace(' ', "-")).join(&scene.name);
-        let folder = output_dir::prepare(&folder, true).map_err(Unscored::Stop)?;
+        let folder = Output::check(&folder, Kind::Artifacts, true, &[]).and_then(|output| output.begin());
+        let folder = folder.map_err(Unscored::Stop)?;
         write_artifacts(&store, &scene_id, &folder).await.map_err(Unscored::Stop)?;
+        folder.publish().map_err(Unscored::Stop)?;
     }
     scored.map_err(|error| match bench.cancel.check() {
         Err(_) => stopped(),

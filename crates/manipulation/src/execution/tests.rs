@@ -7,6 +7,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::grasp::GraspSettings;
 use crate::test_scenes::{body, box_body};
 
 fn scene(objects: Vec<physics::Body>) -> TaskScene {

@@ -257,7 +257,7 @@ async fn batches_of_requests(store: &Store) {
     store.discard_batch(&discarded).await.unwrap();
     store.batch_by_key(&DEFAULT_TENANT, "key").await.unwrap();
     let rules = || FeedRules { queue: test_settings::section("queue"), window: 1, counts_money: true };
-    assert_eq!(store.active_batches().await.unwrap(), [id.clone()]);
+    assert_eq!(store.active_batches().await.unwrap(), std::slice::from_ref(&id));
     store.feed_batch(&id, rules()).await.unwrap();
     while let Some(claim) = store.claim("heir", LEASE, 9, None).await.unwrap() {
         store.finish(&claim.lease, AttemptOutcome::Failed(failure())).await.unwrap();

@@ -16,12 +16,13 @@ use crate::synthetic_images::{Split, SyntheticImage};
 use imaging::codec::encode_png;
 use runtime::{CancelFlag, Cancelled};
 use tabletopgen::app::config::Resolved;
-use tabletopgen::cli::{Exit, Failure, output_dir, runtime, signals, terminal};
+use tabletopgen::cli::output::{Kind, Output};
+use tabletopgen::cli::{Exit, Failure, runtime, signals, terminal};
 
 /// Reads the images and compares the estimates.
 pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failure> {
     let sheets = match &arguments.artifacts {
-        Some(folder) => Some(output_dir::prepare(folder, true)?),
+        Some(folder) => Some(Output::check(folder, Kind::Artifacts, true, &[])?.begin()?),
         None => None,
     };
     let results = for_each_image(arguments, resolved, |bench, sample, cancel| {
@@ -33,6 +34,9 @@ pub fn run(arguments: &Arguments, resolved: &Resolved) -> Result<Finished, Failu
         let message = message(&result);
         Ok((result, message))
     })?;
+    if let Some(folder) = sheets {
+        folder.publish()?;
+    }
     let mut report = Report::new(Split::from(arguments.split), SET_SIZE as usize, results);
     report.with_text = arguments.with_text.then(|| TextSummary::new(&report.images));
     Ok(Finished { table: report.markdown(), document: json_of(&report)?, complete: true })
