@@ -1,6 +1,7 @@
 //! Storage that takes no writes: jobs wait and burn no attempts, the server says that it is not ready,
 //! and all goes on when it works again.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde_json::json;

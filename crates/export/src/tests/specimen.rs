@@ -182,6 +182,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
                     confidence: 0.8,
                     verdict: GraspVerdict::Stable,
                     slip_m: 0.0001,
+                    turn_rad: 0.01,
                 }],
             }),
             provenance: Provenance {
