@@ -1,7 +1,7 @@
 //! Parts of a process that work in the background until it ends: each is started again when it panics.
 //!
-//! A part is a loop that nobody waits for, so without this its end would go unnoticed, for as long as the process lives.
-//! The panic itself is a line of the log, with its place; this adds which part it ended, and when that goes on.
+//! A part is a loop that no task awaits, so without this its end would go unnoticed, for as long as the process
+//! lives. The panic itself is a line of the log, with its place; this adds which part it ended, and when that goes on.
 
 use std::time::{Duration, Instant};
 

@@ -129,8 +129,8 @@ impl WorkerService {
     }
 }
 
-/// Starts what a process with a worker does beside jobs, under the worker's name: it is blamed for the death of its process
-/// together with the jobs (see `store::deaths`).
+/// Starts what a process with a worker does beside jobs, under the worker's name: it is blamed for the death of its
+/// process together with the jobs (see `store::deaths`).
 fn start_background(
     resolved: &Resolved,
     data_dir: &Path,

@@ -28,8 +28,8 @@ enum Action {
         #[command(flatten)]
         place: Place,
     },
-    /// Let every worker finish the work it holds (jobs, datasets, attempts at episodes) and claim no other, until `resume`;
-    /// submissions go on
+    /// Let every worker finish the work it holds (jobs, datasets, attempts at episodes) and claim no other, until
+    /// `resume`; submissions go on
     Pause {
         /// Why, for `status`
         #[arg(long, value_name = "TEXT", default_value = "")]

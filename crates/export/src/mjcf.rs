@@ -1,14 +1,16 @@
 //! `mjcf/scene.xml`: the scene for MuJoCo, and `mjcf/<name>/<name>.xml`: each object for loaders of robosuite's kind.
 //!
-//! World frame of the scene (table top at z = 0, floor plane at -height). Every movable body has a free
-//! joint and an explicit inertial frame; collision shapes are in geom group 3, visual meshes in group 2 without contact.
-//! Hulls are files, as Drake's reader of MJCF ignores lists of vertices; what is a box, cylinder, sphere or capsule is one. Friction is sliding (the dynamic coefficient), torsional
-//! and rolling, so contacts have six dimensions; the cone is elliptic and several contact points per pair are on, without
-//! which cups creep by a centimeter in seconds. Contacts are the stiffest that the step allows ([`CONTACT_STEPS`]).
+//! World frame of the scene (table top at z = 0, floor plane at -height). Every movable body has a free joint and an
+//! explicit inertial frame; collision shapes are in geom group 3, visual meshes in group 2 without contact. Hulls are
+//! files, as Drake's reader of MJCF ignores lists of vertices; what is a box, cylinder, sphere or capsule is one.
+//! Friction is sliding (the dynamic coefficient), torsional and rolling, so contacts have six dimensions; the cone is
+//! elliptic and several contact points per pair are on, without which cups creep by a centimeter in seconds. Contacts
+//! are the stiffest that the step allows ([`CONTACT_STEPS`]).
 //!
 //! The file of an object holds the body `object` without a joint, which loaders add, and beside it the sites that they
 //! place it by: `bottom_site`, `top_site` and `horizontal_radius_site`. Its collision shapes are in group 0, its visual
-//! meshes in group 1, as such loaders expect. Paths are relative to the file. The file of a stand-in also holds its texts.
+//! meshes in group 1, as such loaders expect. Paths are relative to the file. The file of a stand-in also holds its
+//! texts.
 
 use rayon::prelude::*;
 
@@ -26,9 +28,9 @@ use super::{Body, BundleFile, ExportSettings};
 /// Name prefix of the text entries that hold the user's labels.
 pub const LABEL_PREFIX: &str = "label_";
 
-/// Time constant of contacts in steps; MuJoCo accepts no fewer. An object sinks by gravity times the square of that time,
-/// times the number of objects that it carries: a sixth of a millimeter each at 2 ms, less than a tenth of a coin. With
-/// MuJoCo's default of 20 ms, the coins of a stack sink by 12 mm into each other and towers fall.
+/// Time constant of contacts in steps; MuJoCo accepts no fewer. An object sinks by gravity times the square of that
+/// time, times the number of objects that it carries: a sixth of a millimeter each at 2 ms, less than a tenth of a
+/// coin. With MuJoCo's default of 20 ms, the coins of a stack sink by 12 mm into each other and towers fall.
 const CONTACT_STEPS: f64 = 2.0;
 
 /// `mjcf/scene.xml` and its meshes and textures under `mjcf/assets/`.

@@ -1,5 +1,5 @@
-//! The folder `urdf/` as a ROS 2 package of the build type `ament_cmake`: `package.xml` and `CMakeLists.txt` that install the
-//! descriptions and meshes, so that RViz and MoveIt resolve `package://` paths.
+//! The folder `urdf/` as a ROS 2 package of the build type `ament_cmake`: `package.xml` and `CMakeLists.txt` that
+//! install the descriptions and meshes, so that RViz and MoveIt resolve `package://` paths.
 
 use scene::Scene;
 

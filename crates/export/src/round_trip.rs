@@ -280,7 +280,7 @@ fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatDeviation, String>
     Ok(deviation)
 }
 
-/// Largest distance of a corner, or of the middle of a face of a solid, and relative difference of volumes.
+/// Largest distance of a corner, or of the center of a face of a solid, and relative difference of volumes.
 fn compare_hull(
     hull: &ConvexHull,
     solid: Option<&SimpleSolid>,

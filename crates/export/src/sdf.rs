@@ -1,10 +1,10 @@
 //! `sdf/`: the scene as one SDFormat 1.9 world, and each body in a model folder of its own.
 //!
-//! World frame of the scene. Every hull is a `<collision>`: a mesh, or the box, cylinder, sphere or capsule that it stands
-//! for; visual meshes have none. Inertia is the solid's
-//! full tensor about its center of mass. Friction is the dynamic coefficient in both directions; resistance to
-//! spinning is given as a patch whose radius is that length, with the coefficient that makes the torque
-//! radius times normal force. Mesh paths are relative to the file that names them.
+//! World frame of the scene. Every hull is a `<collision>`: a mesh, or the box, cylinder, sphere or capsule that it
+//! stands for; visual meshes have none. Inertia is the solid's full tensor about its center of mass. Friction is the
+//! dynamic coefficient in both directions; resistance to spinning is given as a patch whose radius is that length, with
+//! the coefficient that makes the torque radius times normal force. Mesh paths are relative to the file that names
+//! them.
 //!
 //! A stand-in is marked by attributes of its `<model>` (`tabletopgen:stand_in`). Drake accepts it, and warns of
 //! elements of a foreign namespace.

@@ -1,9 +1,9 @@
 //! `urdf/`: one robot description per body, and the whole scene as one fixed assembly.
 //!
-//! Meshes are in meters, scale 1, with paths relative to the description or, on request, to a ROS 2 package. Inertia is the solid's full
-//! tensor about its center of mass. Every hull is a `<collision>` of its own: a mesh, or the box, cylinder or sphere that
-//! it stands for (URDF has no capsule). Friction is in
-//! `<contact>` (PyBullet) and `<gazebo>` tags; both hold the dynamic coefficient.
+//! Meshes are in meters, scale 1, with paths relative to the description or, on request, to a ROS 2 package. Inertia is
+//! the solid's full tensor about its center of mass. Every hull is a `<collision>` of its own: a mesh, or the box,
+//! cylinder or sphere that it stands for (URDF has no capsule). Friction is in `<contact>` (PyBullet) and `<gazebo>`
+//! tags; both hold the dynamic coefficient.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -66,7 +66,8 @@ fn write_label(document: &mut XmlDocument, body: &Body) {
     document.empty("tabletopgen:label", &attributes);
 }
 
-/// A link named as the body. Names of shapes start with `named`, as no name of an assembly repeats; meshes lie in `folder`.
+/// A link named as the body. Names of shapes start with `named`, as no name of an assembly repeats; meshes lie in
+/// `folder`.
 fn write_link(document: &mut XmlDocument, body: &Body, named: &str, folder: &str) {
     document.open("link", &[("name", &body.name)]);
     document.open("contact", &[]);

@@ -54,8 +54,8 @@ impl Wavefront {
         self.textures[material].as_deref()
     }
 
-    /// The files of a body below its folder: visual meshes, material libraries, textures and the hulls of these numbers.
-    /// Their roles begin with `format`.
+    /// The files of a body below its folder: visual meshes, material libraries, textures and the hulls of these
+    /// numbers. Their roles begin with `format`.
     pub fn files(
         &self,
         body: &Body,

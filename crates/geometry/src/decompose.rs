@@ -1,12 +1,12 @@
 //! Convex decomposition: the collision geometry of a visual mesh.
 //!
 //! Each closed shell is decomposed alone (a mug's handle, its body); open and broken shells are repaired first. A
-//! convex shell is its own hull. Any other shell is cut exactly by planes: of the cuts that reduce its concavity
-//! most, the one with the least air in the hulls of the halves is taken, until no piece's hull exceeds the mesh by
-//! more than the tolerance. Then neighbors whose common hull stays within the tolerance are merged, also across
-//! shells. If too many hulls remain, the pairs that add the least volume are merged. Cuts run through the visual
-//! surface itself instead of voxels, so flat undersides stay flat at their height and cavities and handles stay open.
-//! Hulls inside another hull are dropped. Boxes and cylinders with rounded edges are squared ([`SimpleSolid::rounding`]).
+//! convex shell is its own hull. Any other shell is cut exactly by planes: of the cuts that reduce its concavity most,
+//! the one with the least air in the hulls of the halves is taken, until no piece's hull exceeds the mesh by more than
+//! the tolerance. Then neighbors whose common hull stays within the tolerance are merged, also across shells. If too
+//! many hulls remain, the pairs that add the least volume are merged. Cuts run through the visual surface itself
+//! instead of voxels, so flat undersides stay flat at their height and cavities and handles stay open. Hulls inside
+//! another hull are dropped. Boxes and cylinders with rounded edges are squared ([`SimpleSolid::rounding`]).
 //!
 //! Cutting the mesh itself by planes until each part is nearly convex follows CoACD (Wei et al. 2022), with a greedy
 //! choice of planes instead of a tree search. Pieces lie in disjoint cells, so the sum of their hulls' volumes over the
@@ -300,8 +300,8 @@ fn revolution_hulls_relaxed_together(
 }
 
 /// The final hull: limited number of corners, minimum thickness, no faces without area. A box or cylinder with rounded
-/// edges has the hull of the box or cylinder, which engines take as one; anything else that is round has two hulls where
-/// that is permitted; what has no volume has none.
+/// edges has the hull of the box or cylinder, which engines take as one; anything else that is round has two hulls
+/// where that is permitted; what has no volume has none.
 fn finished(
     fitted_hull: FittedHull,
     may_halve: bool,

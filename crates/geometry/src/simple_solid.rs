@@ -5,7 +5,8 @@
 //! nowhere far inside. [`SimpleSolid::rounding`] finds the box or cylinder whose edges a hull has rounded; its own hull
 //! ([`SimpleSolid::hull`]) then takes the place of the rounded one, so that every engine has the same shape.
 //!
-//! Candidates come from the hull's largest facets; a candidate counts only if it passes the tests. Object frame, meters.
+//! Candidates come from the hull's largest facets; a candidate counts only if it passes the tests. Object frame,
+//! meters.
 
 mod candidates;
 
@@ -29,7 +30,7 @@ const MIN_VOLUME_SHARE: f64 = 0.95;
 const MIN_FACE_SHARE: f64 = 0.6;
 /// Largest cosine between a cylinder's axis and the normal of a facet of its side.
 const ON_SIDE: f64 = 0.01;
-/// Hulls of more triangles are not looked at: roundings of simple solids have hundreds.
+/// Hulls of more triangles are not tested: roundings of simple solids have hundreds.
 const MAX_TRIANGLES: usize = 4096;
 
 /// A box, cylinder, sphere or capsule in the object's frame.
@@ -61,8 +62,8 @@ pub enum SimpleSolidKind {
 }
 
 impl SimpleSolid {
-    /// The solid whose corners and facets the hull has, within a fiftieth of a millimeter at its corners, and at its facets
-    /// within 0.5 percent of its longest side, at least 0.2 and at most 1 mm.
+    /// The solid whose corners and facets the hull has, within a fiftieth of a millimeter at its corners, and at its
+    /// facets within 0.5 percent of its longest side, at least 0.2 and at most 1 mm.
     pub fn of_hull(hull: &ConvexHull) -> Option<Self> {
         let facets = facets(hull);
         let allowed_m = roundness_m(hull);
@@ -72,9 +73,9 @@ impl SimpleSolid {
         })
     }
 
-    /// The box or cylinder that the hull is but for rounded edges. The solid encloses the hull and sticks out of it by at
-    /// most `excess_m`; flat facets of the hull cover most of each of its faces, and the hull touches most of a cylinder's
-    /// side.
+    /// The box or cylinder that the hull is but for rounded edges. The solid encloses the hull and sticks out of it by
+    /// at most `excess_m`; flat facets of the hull cover most of each of its faces, and the hull touches most of a
+    /// cylinder's side.
     pub fn rounding(hull: &ConvexHull, excess_m: f64) -> Option<Self> {
         if hull.triangles.len() > MAX_TRIANGLES {
             return None;
@@ -231,7 +232,7 @@ impl SimpleSolid {
     }
 }
 
-/// Corners around a cylinder that are looked at.
+/// Corners around a cylinder that are tested.
 const ROUND_SIDES: usize = 32;
 
 /// A flat face of a solid: the plane `normal . x = offset_m`.

@@ -1,5 +1,5 @@
-//! Deaths of processes: which work is blamed, which runs alone, and how long it waits. The rules hold for jobs, datasets
-//! and recordings alike.
+//! Deaths of processes: which work is blamed, which runs alone, and how long it waits. The rules hold for jobs,
+//! datasets and recordings alike.
 //!
 //! A process dies because of some of its work, or because of something else: a signal, a power cut, the kernel. The
 //! store cannot tell, so work is blamed only for what no other work can have caused:
@@ -11,8 +11,8 @@
 //! - After two deaths work runs alone in its process, so that a third death is certain to be its own.
 //! - After `worker.max_deaths` lone deaths it fails with a diagnosis.
 //!
-//! After its first death work returns to the queue at once. After each further lone death it waits: 1 s, 2 s, 4 s, up to
-//! a minute. So work that is hit by a series of kills outlasts it, and work that kills processes does so rarely.
+//! After its first death work returns to the queue at once. After each further lone death it waits: 1 s, 2 s, 4 s, up
+//! to a minute. So work that is hit by a series of kills outlasts it, and work that kills processes does so rarely.
 //!
 //! A process that is busy reserves work that has to run alone, takes no other, and gets to it when its other work has
 //! ended. Other busy processes go on meanwhile; an idle one takes it at once.
@@ -123,8 +123,8 @@ pub(crate) struct Deaths {
 }
 
 impl Deaths {
-    /// Counts the death of the process `owner`, which held the work with this `id`. Other work of it, whose leases may run
-    /// out later, is marked.
+    /// Counts the death of the process `owner`, which held the work with this `id`. Other work of it, whose leases may
+    /// run out later, is marked.
     pub(crate) async fn count(
         connection: &mut AnyConnection,
         before: Self,

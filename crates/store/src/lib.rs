@@ -107,8 +107,9 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`StoreError::NoDatabase`] without a database to open, [`StoreError::Locked`] if another process uses the directory, [`StoreError::DataDir`] if it is not writable,
-    /// [`StoreError::Migrate`] if the database belongs to a newer version, [`StoreError::Sql`] if it cannot be reached.
+    /// [`StoreError::NoDatabase`] without a database to open, [`StoreError::Locked`] if another process uses the
+    /// directory, [`StoreError::DataDir`] if it is not writable, [`StoreError::Migrate`] if the database belongs to a
+    /// newer version, [`StoreError::Sql`] if it cannot be reached.
     pub async fn open(data_dir: &Path, settings: &Settings, intent: Intent) -> Result<Self, StoreError> {
         let health = Health::new();
         if intent == Intent::Existing && settings.database == DatabaseAddress::Sqlite {

@@ -156,7 +156,7 @@ fn the_configuration_is_shown_with_its_origins() {
 }
 
 #[test]
-fn migrating_makes_a_data_directory_when_it_is_told_to() {
+fn migrate_creates_a_data_directory_with_the_option_create() {
     let home = tempfile::tempdir().unwrap();
     for arguments in [&["migrate", "--create", "--data-dir", "d"][..], &["migrate", "--data-dir", "d"]] {
         let done = run(home.path(), arguments);

@@ -1,5 +1,5 @@
-//! Reads `urdf/scene.urdf` for poses and `urdf/<name>/<name>.urdf` for bodies; with `urdf/package.xml`, paths are in that
-//! package.
+//! Reads `urdf/scene.urdf` for poses and `urdf/<name>/<name>.urdf` for bodies; with `urdf/package.xml`, paths are in
+//! that package.
 
 use glam::{DMat3, DQuat, DVec3};
 

@@ -226,7 +226,8 @@ fn read_prop(prop: &dyn Layer, name: &str, world_from_object: Pose, movable: boo
     })
 }
 
-/// The mesh or the solid of a collider. Meshes must be approximated by their hulls, cubes scaled from unit size, and axes z.
+/// The mesh or the solid of a collider. Meshes must be approximated by their hulls, cubes scaled from unit size, and
+/// axes z.
 fn read_shape(prop: &dyn Layer, path: &str) -> ReadResult<ReadHull> {
     let type_name = prop.field(path, "typeName")?.unwrap_or_default();
     if type_name == "Mesh" {

@@ -1,6 +1,6 @@
 //! Physics schemas of single simulators beyond UsdPhysics: one layer per simulator. A prop loads the layer only where
-//! the variant set of that name is `Enabled`; otherwise it contains no schema of a single simulator. Newton's layer says
-//! that contacts begin where shapes touch.
+//! the variant set of that name is `Enabled`; otherwise it contains no schema of a single simulator. Newton's layer
+//! says that contacts begin where shapes touch.
 
 use crate::Body;
 

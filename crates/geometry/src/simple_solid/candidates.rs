@@ -8,7 +8,7 @@ use crate::{ConvexHull, Pose};
 
 /// Smallest cosine between normals of one facet.
 const SAME_NORMAL: f64 = 1.0 - 1e-8;
-/// Facets whose normals are looked at; those of a body of revolution come in groups of equals.
+/// Facets whose normals are tried; those of a body of revolution come in groups of equals.
 const LARGEST: usize = 4;
 /// Largest cosine between normals that are at right angles.
 const ACROSS: f64 = 1e-3;
@@ -85,8 +85,8 @@ fn enclosing_box(hull: &ConvexHull, first: DVec3, second: DVec3) -> SimpleSolid 
 /// The three directions at right angles, or their opposites, in the order that turns the axes least.
 fn nearest_to_identity(directions: [DVec3; 3]) -> DMat3 {
     let along = |axis: usize, left: &[DVec3]| -> DVec3 {
-        let most = left.iter().max_by(|a, b| a[axis].abs().total_cmp(&b[axis].abs()));
-        most.map_or(DVec3::AXES[axis], |direction| *direction * direction[axis].signum())
+        let steepest = left.iter().max_by(|a, b| a[axis].abs().total_cmp(&b[axis].abs()));
+        steepest.map_or(DVec3::AXES[axis], |direction| *direction * direction[axis].signum())
     };
     let x = along(0, &directions);
     let left: Vec<DVec3> = directions.into_iter().filter(|other| other.dot(x).abs() < 0.5).collect();
@@ -103,7 +103,7 @@ fn tidy(translation_m: DVec3, rotation: DQuat) -> Pose {
     }
 }
 
-/// The cylinder about the axis through the middle of the hull's outline. Its x axis points to a corner of the outline.
+/// The cylinder about the axis through the center of the hull's outline. Its x axis points to a corner of the outline.
 fn enclosing_cylinder(hull: &ConvexHull, axis: DVec3) -> Option<SimpleSolid> {
     let Outline { frame, center, radius_m, low_m, high_m } = Outline::about(hull, axis)?;
     let translation_m = frame * center.extend(0.5 * (low_m + high_m));
@@ -156,7 +156,8 @@ impl Outline {
     }
 }
 
-/// The point of least squares that is as far from all points (Kasa's fit of a sphere, or of a circle in the plane z = 0).
+/// The point of least squares that is as far from all points (Kasa's fit of a sphere, or of a circle in the plane z =
+/// 0).
 fn circumcenter(points: &[DVec3]) -> Option<DVec3> {
     let count = points.len() as f64;
     let mean = points.iter().sum::<DVec3>() / count;

@@ -1,3 +1,5 @@
+//! Recognition of boxes, cylinders, spheres and capsules: what they are, what they are not, and roundings.
+
 use glam::DQuat;
 
 use super::*;

@@ -1,8 +1,8 @@
 //! The right of one process to work on a dataset: claimed, renewed, and checked before every write.
 //!
-//! Deaths, isolation and pauses follow the rules of jobs ([`crate::deaths`], [`crate::queue`]): an operator's pause holds
-//! datasets too, a freeze that kills its processes runs alone and fails in the end, and one that fails is tried again
-//! after a delay, so often.
+//! Deaths, isolation and pauses follow the rules of jobs ([`crate::deaths`], [`crate::queue`]): an operator's pause
+//! holds datasets too, a freeze that kills its processes runs alone and fails in the end, and one that fails is tried
+//! again after a delay, so often.
 
 use std::time::Duration;
 
@@ -69,8 +69,8 @@ pub enum AfterSetback {
 }
 
 impl Store {
-    /// Claims the oldest work on a dataset that waits, after work of dead processes has returned to the queue. Work that
-    /// was alone in its process when it died, `max_deaths` times without progress, fails instead.
+    /// Claims the oldest work on a dataset that waits, after work of dead processes has returned to the queue. Work
+    /// that was alone in its process when it died, `max_deaths` times without progress, fails instead.
     pub async fn claim_dataset(
         &self,
         owner: &str,

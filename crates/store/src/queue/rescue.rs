@@ -1,7 +1,7 @@
 //! What becomes of a job whose lease has run out, or whose deadline has passed while it waited.
 //!
-//! Whom a death is blamed on stands in [`crate::deaths`]; a job that its process died over too often fails with the code
-//! `worker_crashed` and a diagnosis.
+//! Whom a death is blamed on stands in [`crate::deaths`]; a job that its process died over too often fails with the
+//! code `worker_crashed` and a diagnosis.
 
 use serde_json::{Value, json};
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
@@ -64,8 +64,8 @@ pub(super) async fn rescue(
     Ok(rescued)
 }
 
-/// Returns a job whose lease has run out to the queue, or ends it. The job is read as it is now: the rescue of other work
-/// of its owner may have marked it.
+/// Returns a job whose lease has run out to the queue, or ends it. The job is read as it is now: the rescue of other
+/// work of its owner may have marked it.
 async fn requeue(
     connection: &mut AnyConnection,
     job_id: &JobId,

@@ -116,7 +116,8 @@ impl Store {
         }
     }
 
-    /// Treats every selected scene, with `$1` = `time_ms`; their number. Pages follow the index of the selection's time.
+    /// Treats every selected scene, with `$1` = `time_ms`; their number. Pages follow the index of the selection's
+    /// time.
     async fn each_scene(
         &self,
         selection: &Selection,
@@ -157,8 +158,8 @@ impl Store {
         }
     }
 
-    /// Removes checkpoints that no stage of any job names: an upgrade gave the stages of a running job other keys. Readers
-    /// look for them, a page at a time, so that the writer does not wait for the search.
+    /// Removes checkpoints that no stage of any job names: an upgrade gave the stages of a running job other keys.
+    /// Readers search for them, a page at a time, so that the writer does not wait for the search.
     async fn remove_orphaned_checkpoints(&self, before_ms: i64, dry_run: bool) -> Result<u64, StoreError> {
         const IS_ORPHAN: &str = "created_at <= $1
             AND NOT EXISTS (SELECT 1 FROM stages WHERE stages.key = checkpoints.key)";

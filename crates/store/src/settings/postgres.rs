@@ -20,7 +20,8 @@ pub struct PostgresSettings {
     /// Longest wait of this process for the answer to a read or to a transaction, milliseconds (100..=600,000). It ends
     /// what the server cannot end itself, as it is frozen or cut off; the connection is closed then.
     pub answer_timeout_ms: u64,
-    /// The same for statements and transactions that take long: migrations, sweeps, sums, batches, seconds (1..=86,400).
+    /// The same for statements and transactions that take long: migrations, sweeps, sums, batches, seconds
+    /// (1..=86,400).
     pub long_timeout_secs: u64,
     /// The server closes a connection whose other end does not acknowledge for this long, seconds (1..=7,200);
     /// `tcp_user_timeout` and the keepalives of the session.

@@ -1,6 +1,6 @@
 //! Removals find the rows that refer to what they remove: every foreign key has an index on the referring side. And no
-//! statement scans a table of PostgreSQL: all that a store does is run where scans are as unwelcome as possible, and the
-//! scans of each table are counted.
+//! statement scans a table of PostgreSQL: all that a store does is run where scans are as unwelcome as possible, and
+//! the scans of each table are counted.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 

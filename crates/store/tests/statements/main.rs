@@ -1,5 +1,6 @@
-//! No statement of the store reads a whole table: all that a store does ([`exercise`]) is run on a SQLite file, and every
-//! statement of it is explained. A process with one test, as the statements are gathered from the log of the process.
+//! No statement of the store reads a whole table: all that a store does ([`exercise`]) is run on a SQLite file, and
+//! every statement of it is explained. A process with one test, as the statements are gathered from the log of the
+//! process.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 

@@ -66,12 +66,12 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
     let stays =
         |share: f64| format!("{} ({})", of((share * objects.len() as f64).round() as usize), percent(share));
     let restless = certificate.reasons.iter().filter(|reason| reason.code == ReasonCode::NotAtRest).count();
-    let most = |value: fn(&ObjectCertificate) -> f64| objects.iter().map(value).fold(0.0, f64::max);
+    let largest = |value: fn(&ObjectCertificate) -> f64| objects.iter().map(value).fold(0.0, f64::max);
     let rest = format!(
         "{}, moved by {} and overlapping by {} at most",
         of(objects.len().saturating_sub(restless)),
-        mm(most(|object| object.moved.after_shipping.distance_m)),
-        mm(most(|object| object.overlap_m)),
+        mm(largest(|object| object.moved.after_shipping.distance_m)),
+        mm(largest(|object| object.overlap_m)),
     );
     let rest_asked = format!(
         "each moves and overlaps less than {} of its smallest side and turns less than {} in {} s of gravity",
