@@ -35,7 +35,6 @@ SAMPLE = (
     ("pizza_on_plate", "A pizza on a plate", 1),
     ("pizza_on_plate", "A pizza on a plate", 2),
     ("paintbrushes_in_jar", "A jar with three paintbrushes in it", 1),
-    ("paintbrushes_in_jar", "A jar with three paintbrushes in it", 2),
 )
 
 
