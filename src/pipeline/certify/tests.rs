@@ -297,8 +297,12 @@ fn image_similarity_is_reported_per_object() {
 }
 
 #[test]
-fn only_the_image_of_a_request_can_be_unlike_its_scene() {
+fn a_rendering_of_the_program_is_no_measure_of_likeness() {
     let mut planted = Planted::with(|planted| planted.inputs.fidelity.min_silhouette_iou = 0.9);
+    // Without the demands of a text, a model generated the image.
+    assert_eq!(planted.codes(), [ReasonCode::UnlikeImage]);
+    planted.inputs.identity.request.input =
+        Input::Edit { parent: "0".into(), bundle_sha256: "0".into(), operations: Vec::new(), text: None };
     assert!(planted.codes().is_empty());
     let input = Input::Image { sha256: "0".into(), media_type: "image/png".into(), text: None };
     planted.inputs.identity.request.input = input;
