@@ -103,7 +103,10 @@ async fn scans_are_recognized(connection: &mut SqliteConnection) {
     for (statement, is_scan) in [
         ("SELECT id FROM scenes WHERE failure_message = 'x'", true),
         ("SELECT id FROM scenes WHERE labels = 'x' ORDER BY id", true),
-        ("SELECT id FROM recordings WHERE state IN ('queued', 'running')", false),
+        (
+            "SELECT id FROM recordings INDEXED BY recordings_waiting WHERE state IN ('queued', 'running')",
+            false,
+        ),
         ("SELECT id FROM scenes WHERE id = $1", false),
     ] {
         let plan = plan(connection, statement).await;
