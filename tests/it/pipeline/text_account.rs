@@ -47,7 +47,7 @@ fn the_account_of_a_text_reaches_every_reader() {
     let sextant = sextant.expect("an instance");
     assert_eq!((&sextant["label"], &sextant["stand_in"]), (&json!("sextant"), &json!(true)));
     assert_eq!(sextant["stands_for"], "sextant");
-    let counted = "1 of 5 objects is a stand-in.";
+    let counted = "1 of 4 objects is a stand-in.";
     let verdict = report["summary"].as_str().unwrap();
     assert!(verdict.ends_with(counted), "{verdict}");
     assert_eq!(document["summary"]["verdict_text"], verdict);
