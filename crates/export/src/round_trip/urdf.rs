@@ -10,12 +10,7 @@ use super::xml_node::{self, XmlNode};
 use super::{Files, ReadBody, ReadContact, ReadHull, ReadResult, ReadScene, obj_hull, vector};
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
-    let package = match files.text("urdf/package.xml") {
-        Ok(text) => {
-            Some(format!("package://{}/", xml_node::parse(text)?.root_element().child("name")?.content()))
-        }
-        Err(_) => None,
-    };
+    let package = package(files)?;
     let document = xml_node::parse(files.text("urdf/scene.urdf")?)?;
     let assembly = document.root_element();
     let mut scene = ReadScene::new();
@@ -52,6 +47,23 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
         scene.insert(name.to_owned(), body);
     }
     Ok(scene)
+}
+
+/// How paths begin in the ROS 2 package that the folder is; `None` where it is no package.
+pub(super) fn package(files: &Files<'_>) -> ReadResult<Option<String>> {
+    let Ok(text) = files.text("urdf/package.xml") else { return Ok(None) };
+    Ok(Some(format!("package://{}/", xml_node::parse(text)?.root_element().child("name")?.content())))
+}
+
+/// The file of a mesh that a description in `folder` names.
+pub(super) fn mesh_file(file: &str, folder: &str, package: Option<&str>) -> ReadResult<String> {
+    match package {
+        Some(package) => file
+            .strip_prefix(package)
+            .map(|below| format!("urdf/{below}"))
+            .ok_or_else(|| format!("{file} is not in the package {package}")),
+        None => Ok(format!("{folder}/{file}")),
+    }
 }
 
 /// The pose of an element's origin: position, and roll, pitch, yaw about the fixed axes.
@@ -103,14 +115,7 @@ fn read_link(
         if vector(mesh.attribute("scale").unwrap_or("1 1 1"))? != DVec3::ONE {
             return Err(format!("a mesh of {} is scaled", link.required("name")?));
         }
-        let file = mesh.required("filename")?;
-        match package {
-            Some(package) => file
-                .strip_prefix(package)
-                .map(|below| format!("urdf/{below}"))
-                .ok_or_else(|| format!("{file} is not in the package {package}")),
-            None => Ok(format!("{folder}/{file}")),
-        }
+        mesh_file(mesh.required("filename")?, folder, package)
     };
     for visual in link.all("visual") {
         files.bytes(&mesh_path(visual)?)?;

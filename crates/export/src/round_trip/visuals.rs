@@ -10,6 +10,7 @@ use roxmltree::Node;
 use crate::{Body, ExportError};
 use geometry::TexturedMesh;
 
+use super::urdf::{mesh_file, package};
 use super::xml_node::{self, XmlNode};
 use super::{Files, ReadResult, Tolerances, ceil_to_power_of_ten, larger, points};
 
@@ -115,12 +116,13 @@ fn triangles(text: &str) -> ReadResult<Vec<[DVec3; 3]>> {
 }
 
 fn urdf(bodies: &[Body], files: &Files<'_>) -> Paths {
+    let package = package(files)?;
     let of = |body: &Body| {
         let name = &body.name;
         let document = xml_node::parse(files.text(&format!("urdf/{name}/{name}.urdf"))?)?;
         let path = |visual: Node<'_, '_>| {
             let mesh = visual.child("geometry")?.child("mesh")?;
-            Ok(format!("urdf/{name}/{}", mesh.required("filename")?))
+            mesh_file(mesh.required("filename")?, &format!("urdf/{name}"), package.as_deref())
         };
         document.root_element().child("link")?.all("visual").map(path).collect()
     };

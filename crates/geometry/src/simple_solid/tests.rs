@@ -84,7 +84,8 @@ fn rounded_edges_are_squared_within_the_excess() {
     assert!(halves_m(&found).into_iter().all(|half_m| (half_m - 0.0225).abs() < 1e-9));
     let squared = found.hull(32).expect("a hull");
     assert_eq!(squared.points.len(), 8);
-    assert_eq!(SimpleSolid::of_hull(&squared).map(|solid| halves_m(&solid)), Some(halves_m(&found)));
+    let again = SimpleSolid::of_hull(&squared).expect("a box");
+    assert!(halves_m(&again).into_iter().all(|half_m| (half_m - 0.0225).abs() < 1e-9));
     assert_eq!(SimpleSolid::rounding(&cube, 0.0005), None);
 
     let coin = hull(cylinder(0.012, 0.0018, 0.0003, 48));
@@ -97,7 +98,7 @@ fn rounded_edges_are_squared_within_the_excess() {
 
 #[test]
 fn tapered_and_angular_hulls_are_not_squared() {
-    for solid in [cone(0.03, 0.029, 0.1, 48), prism(&regular_polygon(0.01, 12), 0.1), sphere(0.002, 32)] {
+    for solid in [cone(0.03, 0.029, 0.1, 48), prism(&regular_polygon(0.01, 8), 0.1), sphere(0.002, 32)] {
         assert_eq!(SimpleSolid::rounding(&hull(solid), 0.0015), None);
     }
 }
