@@ -126,8 +126,10 @@ fn cover_box(half: Vector3<f64>, tolerance_m: f64) -> Vec<CoverSphere> {
 
 fn cover_cylinder(radius_m: f64, half_length_m: f64, tolerance_m: f64) -> Vec<CoverSphere> {
     let primitive = Primitive::Cylinder { radius_m, half_length_m };
-    let max_across = (3.0 * radius_m / tolerance_m).ceil() as usize + 1;
-    let max_along = (2.0 * half_length_m / tolerance_m).ceil() as usize + 1;
+    // With cells of half sizes t / 4 across and t / 2 along for a tolerance t, a center lies at most sqrt(2) t / 4
+    // outside, its radius is at most sqrt(3 / 8) t, and the sum stays below t: the finest grid always meets it.
+    let max_across = (4.0 * radius_m / tolerance_m).ceil().max(1.0) as usize;
+    let max_along = (2.0 * half_length_m / tolerance_m).ceil().max(1.0) as usize;
     let mut best: Option<Vec<CoverSphere>> = None;
     for across in 1..=max_across {
         for along in 1..=max_along {

@@ -52,6 +52,15 @@ fn cube_needs_one_sphere_at_a_wide_tolerance_and_eight_at_half_of_it() {
 }
 
 #[test]
+fn spheres_of_a_wide_cylinder_stay_within_a_small_tolerance() {
+    let primitive =
+        Primitive::Cylinder { radius_m: 0.097_139_560_846_772_14, half_length_m: 0.072_138_458_860_482_22 };
+    for sphere in cover(&primitive, 0.008) {
+        assert!(primitive.signed_distance_m(&sphere.center_m) + sphere.radius_m <= 0.008, "{sphere:?}");
+    }
+}
+
+#[test]
 fn bounding_sphere_contains_all_and_is_tight_on_a_line() {
     let at = |x: f32| LinkSphere { link: 3, center_m: [x, 0.0, 0.0], radius_m: 0.1 };
     let bound = bounding_sphere(&[at(0.0), at(0.4), at(1.0)]).expect("three spheres");
