@@ -3,10 +3,12 @@
 
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError};
+use crate::boxed;
 use scene::JobId;
 
 impl Store {
     /// The blob with the answer to a question of a job; the oldest `skip` answers are skipped.
+    #[boxed]
     pub async fn answer_of(
         &self,
         job_id: &JobId,
@@ -27,6 +29,7 @@ impl Store {
     }
 
     /// Discards the recorded answers of a stage (of one instance; empty = the whole scene).
+    #[boxed]
     pub async fn forget_answers(
         &self,
         lease: &Lease,

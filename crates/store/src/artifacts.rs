@@ -5,6 +5,7 @@ use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, Row};
 
 use super::{Digest, Store, StoreError, database, events};
+use crate::boxed;
 use scene::{JobId, SceneId, TenantId};
 
 /// A named file of a scene.
@@ -51,6 +52,7 @@ pub struct BuiltScene {
 
 impl Store {
     /// Artifacts of a scene by name.
+    #[boxed]
     pub async fn artifacts(
         &self,
         tenant_id: &TenantId,
@@ -69,6 +71,7 @@ impl Store {
     }
 
     /// One artifact.
+    #[boxed]
     pub async fn artifact(
         &self,
         tenant_id: &TenantId,
@@ -88,6 +91,7 @@ impl Store {
     }
 
     /// Files of a scene's bundle by path.
+    #[boxed]
     pub async fn bundle_files(
         &self,
         tenant_id: &TenantId,
@@ -106,6 +110,7 @@ impl Store {
     }
 
     /// The archive of a format, if it exists.
+    #[boxed]
     pub async fn archive(
         &self,
         tenant_id: &TenantId,
@@ -130,6 +135,7 @@ impl Store {
     }
 
     /// Records an archive, whose blob must exist. A scene of another tenant does not change.
+    #[boxed]
     pub async fn record_archive(
         &self,
         tenant_id: &TenantId,

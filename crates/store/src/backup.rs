@@ -17,6 +17,7 @@ use super::blobs::{Blobs, Read};
 use super::outage::Health;
 use super::retention::{ReferenceKind, for_each_reference};
 use super::{Digest, Settings, Store, StoreError, database};
+use crate::boxed;
 use sqlx::Connection;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection};
 
@@ -50,6 +51,7 @@ pub struct BackupReport {
 ///
 /// A [`StoreError`] if `data_dir` has no database, or if something cannot be read or written. Lost blobs are no error:
 /// the report lists them.
+#[boxed]
 pub async fn backup(data_dir: &Path, target: &Path, settings: &Settings) -> Result<BackupReport, StoreError> {
     let source = data_dir.join(DATABASE_FILE);
     database::sqlite_exists(&source)?;
@@ -71,6 +73,7 @@ pub async fn backup(data_dir: &Path, target: &Path, settings: &Settings) -> Resu
 ///
 /// A [`StoreError`] if the data directory has a database or is in use, or if something cannot be read or written. The
 /// database is written last, and only if nothing but lost blobs was found.
+#[boxed]
 pub async fn restore(
     backup: &Path,
     data_dir: &Path,
@@ -98,6 +101,7 @@ pub async fn restore(
 /// # Errors
 ///
 /// A [`StoreError`] if `backup` has no database, or if something cannot be read.
+#[boxed]
 pub async fn verify(backup: &Path, settings: &Settings) -> Result<BackupReport, StoreError> {
     let source = backup.join(DATABASE_FILE);
     database::sqlite_exists(&source)?;
@@ -111,6 +115,7 @@ impl Store {
     /// # Errors
     ///
     /// A [`StoreError`] if something cannot be read.
+    #[boxed]
     pub async fn verify(&self) -> Result<BackupReport, StoreError> {
         let mut found = BTreeMap::new();
         for_each_reference(&self.readers.unhurried(), |kind, digest| {

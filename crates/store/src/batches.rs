@@ -23,6 +23,7 @@ use ::batches::{BatchState, OutputError};
 use super::database::Dialect;
 use super::list_query::ListQuery;
 use super::{Store, StoreError, database};
+use crate::boxed;
 use scene::{BatchId, JobId, MicroUsd, SceneId, TenantId};
 
 pub use account::{BatchAccount, BatchMoney};
@@ -71,6 +72,7 @@ pub struct BatchFilter {
 
 impl Store {
     /// A batch of the tenant.
+    #[boxed]
     pub async fn batch(&self, tenant_id: &TenantId, id: &BatchId) -> Result<Option<BatchRow>, StoreError> {
         let row =
             sqlx::query("SELECT * FROM batches WHERE id = $1 AND tenant_id = $2 AND state <> 'receiving'")
@@ -82,6 +84,7 @@ impl Store {
     }
 
     /// Batches of the tenant, newest first.
+    #[boxed]
     pub async fn batches(
         &self,
         tenant_id: &TenantId,

@@ -30,6 +30,7 @@ use tokio::sync::RwLock;
 
 use super::outage::{Health, Part};
 use super::{BlobPlace, Digest, Settings, StoreError};
+use crate::boxed;
 use s3::S3Settings;
 use verified::VerifiedBlobs;
 
@@ -173,6 +174,7 @@ impl Blobs {
     /// # Errors
     ///
     /// [`StoreError::Blob`] if the store does not answer.
+    #[boxed]
     pub async fn get(&self, digest: &Digest) -> Result<Option<Bytes>, StoreError> {
         match self.intact(digest).await? {
             Read::Intact(bytes) => Ok(Some(bytes)),
@@ -186,6 +188,7 @@ impl Blobs {
     /// # Errors
     ///
     /// [`StoreError::Blob`] if the store does not answer.
+    #[boxed]
     pub async fn contains(&self, digest: &Digest) -> Result<bool, StoreError> {
         match self.objects.head(&self.path_of(digest)).await {
             Ok(_) => Ok(true),

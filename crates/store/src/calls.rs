@@ -10,6 +10,7 @@ use sqlx::{AnyConnection, Row};
 
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError, database};
+use crate::boxed;
 use scene::{JobId, SceneId, TenantId};
 
 /// Outcome of a call that may or may not have been answered and billed.
@@ -103,6 +104,7 @@ pub struct Spending {
 
 impl Store {
     /// Inserts a call and reserves its cost, if the scene's budget allows it.
+    #[boxed]
     pub async fn reserve_call(&self, lease: &Lease, call: NewCall) -> Result<Reservation, StoreError> {
         let lease = lease.clone();
         self.writer
@@ -113,6 +115,7 @@ impl Store {
     }
 
     /// Records the end of a call. A call that is already `outcome_unknown` does not change.
+    #[boxed]
     pub async fn settle_call(&self, lease: &Lease, id: i64, end: CallEnd) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
@@ -147,6 +150,7 @@ impl Store {
     }
 
     /// All calls of a scene, oldest first.
+    #[boxed]
     pub async fn calls(&self, tenant_id: &TenantId, scene_id: &SceneId) -> Result<Vec<CallRow>, StoreError> {
         let rows = sqlx::query("SELECT * FROM calls WHERE scene_id = $1 AND tenant_id = $2 ORDER BY id")
             .bind(scene_id.as_str())
@@ -157,6 +161,7 @@ impl Store {
     }
 
     /// Budget and cost of a scene.
+    #[boxed]
     pub async fn spending(&self, tenant_id: &TenantId, scene_id: &SceneId) -> Result<Spending, StoreError> {
         let read = async { spending(&mut *self.readers.acquire().await?, tenant_id, scene_id).await };
         self.readers.within_limit(read).await

@@ -11,6 +11,7 @@ use super::artifacts::FileRow;
 use super::queue::guard;
 use super::stage_claims::StageStart;
 use super::{Digest, Lease, Store, StoreError, database, events, stage_claims};
+use crate::boxed;
 use scene::TenantId;
 
 /// Identity of a stage result; an empty instance means the whole scene.
@@ -36,6 +37,7 @@ pub struct Checkpoint {
 
 impl Store {
     /// The checkpoint of a key. An unreadable row counts as missing.
+    #[boxed]
     pub async fn checkpoint(&self, stage: &StageKey) -> Result<Option<Checkpoint>, StoreError> {
         let row = sqlx::query(
             "SELECT output, artifacts, elapsed_ms FROM checkpoints WHERE tenant_id = $1 AND key = $2",
@@ -60,6 +62,7 @@ impl Store {
 
     /// Claims the key of a stage, and records that the job starts to compute it. Nothing is recorded while another job
     /// computes it.
+    #[boxed]
     pub async fn stage_started(&self, lease: &Lease, stage: &StageKey) -> Result<StageStart, StoreError> {
         let (lease, stage) = (lease.clone(), stage.clone());
         let start = self
@@ -101,6 +104,7 @@ impl Store {
 
     /// Commits a stage: the checkpoint (if new), the job's stage row, the scene's artifacts and the event. A new
     /// checkpoint resets the attempt counter.
+    #[boxed]
     pub async fn stage_finished(
         &self,
         lease: &Lease,
@@ -119,6 +123,7 @@ impl Store {
     }
 
     /// Deletes a checkpoint with missing blobs, so that the stage is computed again.
+    #[boxed]
     pub async fn forget_checkpoint(&self, stage: &StageKey) -> Result<(), StoreError> {
         let stage = stage.clone();
         self.writer
@@ -136,6 +141,7 @@ impl Store {
     }
 
     /// Appends a progress event of the running stage.
+    #[boxed]
     pub async fn note(&self, lease: &Lease, stage: &str, message: String) -> Result<(), StoreError> {
         let (lease, data) = (lease.clone(), json!({ "stage": stage, "message": message }));
         self.writer

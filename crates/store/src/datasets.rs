@@ -15,6 +15,7 @@ use sqlx::any::AnyRow;
 
 use super::list_query::ListQuery;
 use super::{Store, StoreError, database};
+use crate::boxed;
 use scene::{DatasetId, TenantId};
 
 pub use claim::{AfterSetback, DatasetClaim, DatasetLease, DatasetTask, Setback};
@@ -92,6 +93,7 @@ pub struct DatasetFilter {
 
 impl Store {
     /// A dataset of the tenant.
+    #[boxed]
     pub async fn dataset(
         &self,
         tenant_id: &TenantId,
@@ -106,6 +108,7 @@ impl Store {
     }
 
     /// Datasets of the tenant, newest first.
+    #[boxed]
     pub async fn datasets(
         &self,
         tenant_id: &TenantId,
@@ -120,6 +123,7 @@ impl Store {
     }
 
     /// The newest version of a name.
+    #[boxed]
     pub async fn latest_version(
         &self,
         tenant_id: &TenantId,

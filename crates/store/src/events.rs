@@ -9,6 +9,7 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::readers::Readers;
 use super::{Store, StoreError, database};
+use crate::boxed;
 use scene::job::JobState;
 use scene::{JobId, TenantId};
 
@@ -106,6 +107,7 @@ pub(super) async fn rows_of_ids(
 
 impl Store {
     /// At most `limit` events of a job after number `after`, in order.
+    #[boxed]
     pub async fn events(
         &self,
         tenant_id: &TenantId,
@@ -129,6 +131,7 @@ impl Store {
 
     /// How far the events of these jobs are, in one query; a job that is not there is left out. At most some hundred
     /// jobs, since each is a parameter.
+    #[boxed]
     pub async fn event_heads(
         &self,
         tenant_id: &TenantId,

@@ -7,6 +7,7 @@ use super::database::Dialect;
 use super::list_query::ListQuery;
 use super::queue::QueueColumns;
 use super::{Store, StoreError, batches, database, scenes};
+use crate::boxed;
 use scene::job::{JobKind, JobState, SceneState};
 use scene::{BatchId, JobId, SceneId, TenantId};
 
@@ -82,6 +83,7 @@ pub enum RetryOutcome {
 
 impl Store {
     /// A job of the tenant.
+    #[boxed]
     pub async fn job(&self, tenant_id: &TenantId, id: &JobId) -> Result<Option<JobRow>, StoreError> {
         let row = sqlx::query("SELECT * FROM jobs WHERE id = $1 AND tenant_id = $2")
             .bind(id.as_str())
@@ -92,6 +94,7 @@ impl Store {
     }
 
     /// Jobs of the tenant, newest first.
+    #[boxed]
     pub async fn jobs(&self, tenant_id: &TenantId, filter: JobFilter) -> Result<Vec<JobRow>, StoreError> {
         let list = ListQuery::of(tenant_id)
             .word("state", filter.state.map(JobState::as_str))
@@ -104,6 +107,7 @@ impl Store {
     }
 
     /// The newest job of a scene.
+    #[boxed]
     pub async fn latest_job(
         &self,
         tenant_id: &TenantId,
@@ -119,6 +123,7 @@ impl Store {
     }
 
     /// The stages of a job in order of their start.
+    #[boxed]
     pub async fn stages(&self, tenant_id: &TenantId, job_id: &JobId) -> Result<Vec<StageRow>, StoreError> {
         let rows = sqlx::query(
             "SELECT * FROM stages
@@ -145,6 +150,7 @@ impl Store {
     }
 
     /// Number of jobs per state, for all tenants.
+    #[boxed]
     pub async fn job_counts(&self) -> Result<Vec<(JobState, i64)>, StoreError> {
         // A single statement reads one snapshot; with several, a job that changes its state could be counted twice.
         let counted: Vec<(String, i64)> = sqlx::query_as("SELECT state, COUNT(*) FROM jobs GROUP BY state")
@@ -157,6 +163,7 @@ impl Store {
     }
 
     /// Creates a new job for the scene of an ended job. Finished stages are reused, except from `from_stage` on.
+    #[boxed]
     pub async fn retry(
         &self,
         tenant_id: &TenantId,

@@ -2,6 +2,7 @@
 
 use super::scenes::{SceneRow, scene_of};
 use super::{Store, StoreError};
+use crate::boxed;
 use scene::{SceneId, TenantId};
 
 impl Store {
@@ -11,6 +12,7 @@ impl Store {
     /// # Errors
     ///
     /// A [`StoreError`] if the database does not answer, or a row cannot be read.
+    #[boxed]
     pub async fn ancestors(
         &self,
         tenant_id: &TenantId,

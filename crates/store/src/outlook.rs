@@ -18,6 +18,7 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use super::jobs::JobRow;
 use super::scenes::NewRows;
 use super::{Store, StoreError, database};
+use crate::boxed;
 use scene::TenantId;
 use scene::job::JobState;
 
@@ -51,6 +52,7 @@ struct Pace {
 
 impl Store {
     /// The outlook of each of these jobs of a tenant.
+    #[boxed]
     pub async fn outlooks(&self, tenant_id: &TenantId, jobs: &[&JobRow]) -> Result<Vec<Outlook>, StoreError> {
         if jobs.iter().all(|job| job.state.is_final()) {
             return Ok(vec![Outlook::default(); jobs.len()]);
@@ -74,6 +76,7 @@ impl Store {
     /// # Errors
     ///
     /// A [`StoreError`] if the database does not answer.
+    #[boxed]
     pub async fn outlook_of_new(&self, tenant_id: &TenantId, rows: &NewRows) -> Result<Outlook, StoreError> {
         let Some(place) = rows.last_place else {
             return Ok(self.outlooks(tenant_id, &[&rows.job]).await?.pop().unwrap_or_default());

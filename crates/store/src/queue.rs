@@ -22,6 +22,7 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use super::artifacts::BuiltScene;
 use super::database::Dialect;
 use super::{Store, StoreError, calls, database, events, stage_claims};
+use crate::boxed;
 use scene::job::{Failure, JobEvent, JobState};
 use scene::{JobId, SceneId, TenantId};
 
@@ -91,6 +92,7 @@ impl Store {
     /// Claims the job whose turn it is, after jobs with expired leases have returned to the queue. A job that was
     /// alone in its process when it died, `max_deaths` times without a new checkpoint, fails instead. `only`
     /// restricts both to one job.
+    #[boxed]
     pub async fn claim(
         &self,
         owner: &str,
@@ -112,6 +114,7 @@ impl Store {
     }
 
     /// Whether a claim may succeed: a cheap question for workers that are woken by changes of other jobs.
+    #[boxed]
     pub async fn has_work(&self) -> Result<bool, StoreError> {
         let now = self.readers.now_ms().await?;
         let found: Option<i64> = sqlx::query_scalar(
@@ -125,6 +128,7 @@ impl Store {
 
     /// Returns jobs with expired leases to the queue, and fails waiting jobs whose deadline has passed. Returns their
     /// number.
+    #[boxed]
     pub async fn rescue(&self, max_deaths: u32) -> Result<u64, StoreError> {
         let now = self.readers.now_ms().await?;
         let found: i64 = sqlx::query_scalar(
@@ -151,6 +155,7 @@ impl Store {
     }
 
     /// Pauses or resumes claiming, in all processes that work on the database.
+    #[boxed]
     pub async fn set_paused(&self, paused: bool, reason: &str) -> Result<(), StoreError> {
         let reason = reason.to_owned();
         self.writer
@@ -163,12 +168,14 @@ impl Store {
     }
 
     /// The state of the queue.
+    #[boxed]
     pub async fn queue_status(&self) -> Result<QueueStatus, StoreError> {
         let read = async { status(&mut *self.readers.acquire().await?).await };
         self.readers.within_limit(read).await
     }
 
     /// Extends leases. Returns the state of each job, or `None` if its lease is lost.
+    #[boxed]
     pub async fn renew(
         &self,
         leases: Vec<Lease>,
@@ -182,6 +189,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::LeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn finish(&self, lease: &Lease, outcome: AttemptOutcome) -> Result<JobState, StoreError> {
         let lease = lease.clone();
         let state = self
@@ -193,6 +201,7 @@ impl Store {
     }
 
     /// Requests the cancellation of a job.
+    #[boxed]
     pub async fn cancel(&self, tenant_id: &TenantId, job_id: &JobId) -> Result<CancelOutcome, StoreError> {
         let (tenant_id, job_id) = (tenant_id.clone(), job_id.clone());
         let answer = self
@@ -206,6 +215,7 @@ impl Store {
     /// Expires the leases of all other owners of a SQLite file and returns their number. This is correct because one
     /// process locks the data directory, so all other owners are dead. In a shared database other owners may be alive;
     /// nothing changes there, and the leases of dead workers end by their time.
+    #[boxed]
     pub async fn expire_leases_of_others(&self, owner: &str) -> Result<u64, StoreError> {
         if self.is_shared {
             return Ok(0);

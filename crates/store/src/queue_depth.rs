@@ -6,6 +6,7 @@ use std::time::Duration;
 use sqlx::Row;
 
 use super::{Store, StoreError};
+use crate::boxed;
 
 /// The jobs of all tenants that have not ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,6 +24,7 @@ impl Store {
     /// # Errors
     ///
     /// The database does not answer.
+    #[boxed]
     pub async fn queue_depth(&self) -> Result<QueueDepth, StoreError> {
         let now = self.readers.now_ms().await?;
         // A retry waits from its `not_before` on. Each condition is that of one index.

@@ -11,6 +11,7 @@ use tokio::sync::Mutex;
 
 use super::outage::Part;
 use super::{Store, StoreError, database};
+use crate::boxed;
 
 /// A good verdict serves other probes for this long.
 const FRESH: Duration = Duration::from_secs(1);
@@ -49,6 +50,7 @@ impl Store {
     /// # Errors
     ///
     /// The [`StoreError`] that work would meet now.
+    #[boxed]
     pub async fn is_healthy(&self) -> Result<(), StoreError> {
         let mut verdicts = self.readiness.0.lock().await;
         let is_out = self.health.is_failing(Part::Database) || self.health.is_failing(Part::Blobs);

@@ -6,6 +6,7 @@ use sqlx::{AnyConnection, Row};
 
 use super::queue::QueueColumns;
 use super::{Store, StoreError, database, scenes};
+use crate::boxed;
 use scene::job::JobState;
 use scene::{JobId, SceneId, TenantId};
 
@@ -27,6 +28,7 @@ impl Store {
     /// # Errors
     ///
     /// A [`StoreError`] if the database does not answer.
+    #[boxed]
     pub async fn rebuild(
         &self,
         tenant_id: &TenantId,

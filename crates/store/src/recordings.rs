@@ -21,6 +21,7 @@ use sqlx::any::AnyRow;
 
 use super::list_query::ListQuery;
 use super::{Digest, Store, StoreError, database};
+use crate::boxed;
 use scene::{RecordingId, SceneId, TenantId};
 
 pub use attempts::{Begun, KeptAttempt, MadeAttempt};
@@ -108,6 +109,7 @@ pub struct RecordingFilter {
 
 impl Store {
     /// A recording of the tenant.
+    #[boxed]
     pub async fn recording(
         &self,
         tenant_id: &TenantId,
@@ -122,6 +124,7 @@ impl Store {
     }
 
     /// Recordings of the tenant, newest first.
+    #[boxed]
     pub async fn recordings(
         &self,
         tenant_id: &TenantId,

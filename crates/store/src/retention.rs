@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use super::blobs::sweeping::Volume;
 use super::{Digest, Store, StoreError, database};
+use crate::boxed;
 
 pub use references::ReferenceKind;
 pub(crate) use references::for_each_reference;
@@ -78,6 +79,7 @@ impl Store {
     /// # Errors
     ///
     /// A [`StoreError`] if database or blobs do not answer; what was removed until then stays removed.
+    #[boxed]
     pub async fn sweep(
         &self,
         settings: &RetentionSettings,
@@ -95,6 +97,7 @@ impl Store {
     /// # Errors
     ///
     /// A [`StoreError`] if the database does not answer.
+    #[boxed]
     pub async fn takes_turn(&self, interval: Duration) -> Result<bool, StoreError> {
         let interval_ms = i64::try_from(interval.as_millis()).unwrap_or(i64::MAX / 4);
         self.writer

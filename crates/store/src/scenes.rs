@@ -11,6 +11,7 @@ use super::jobs::{JOINED_COLUMNS, JobRow, job_in};
 use super::list_query::ListQuery;
 use super::queue::{QueueColumns, QueueFull, Schedule};
 use super::{Store, StoreError, database, events, queue};
+use crate::boxed;
 use scene::job::{JobEvent, JobKind, JobState, SceneState};
 use scene::{JobId, SceneId, TenantId};
 
@@ -100,11 +101,13 @@ pub enum DeleteOutcome {
 impl Store {
     /// Stores a scene and enqueues its job, once per idempotency key: for now, without a deadline, however long the
     /// queue is.
+    #[boxed]
     pub async fn submit(&self, new: NewScene) -> Result<SubmitOutcome, StoreError> {
         self.enqueue(new, None).await
     }
 
     /// The same with a schedule, if the queue has room.
+    #[boxed]
     pub async fn submit_scheduled(
         &self,
         new: NewScene,
@@ -133,6 +136,7 @@ impl Store {
     }
 
     /// A scene of the tenant, including deleted scenes.
+    #[boxed]
     pub async fn scene(&self, tenant_id: &TenantId, id: &SceneId) -> Result<Option<SceneRow>, StoreError> {
         let row = sqlx::query("SELECT * FROM scenes WHERE id = $1 AND tenant_id = $2")
             .bind(id.as_str())
@@ -143,6 +147,7 @@ impl Store {
     }
 
     /// Scenes of the tenant, newest first, each with its newest job.
+    #[boxed]
     pub async fn scenes(
         &self,
         tenant_id: &TenantId,
@@ -179,6 +184,7 @@ impl Store {
     }
 
     /// Marks a scene as deleted and cancels its active jobs.
+    #[boxed]
     pub async fn delete_scene(
         &self,
         tenant_id: &TenantId,

@@ -10,6 +10,7 @@ use sqlx::AnyConnection;
 use super::checkpoints::StageKey;
 use super::queue::guard;
 use super::{Lease, Store, StoreError};
+use crate::boxed;
 use scene::{JobId, TenantId};
 
 /// Result of starting a stage.
@@ -23,6 +24,7 @@ pub enum StageStart {
 
 impl Store {
     /// The job that computes a key at present, other than that of the lease.
+    #[boxed]
     pub async fn stage_computed_by(
         &self,
         lease: &Lease,
@@ -33,6 +35,7 @@ impl Store {
     }
 
     /// Gives up a key whose stage failed, so that waiting jobs need not wait for the end of this one.
+    #[boxed]
     pub async fn release_stage(&self, lease: &Lease, stage: &StageKey) -> Result<(), StoreError> {
         let (lease, stage) = (lease.clone(), stage.clone());
         self.writer

@@ -4,6 +4,7 @@ use sqlx::Row;
 
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError};
+use crate::boxed;
 use scene::JobId;
 use scene::job::JobState;
 
@@ -29,6 +30,7 @@ pub enum TaskEnd {
 
 impl Store {
     /// The newest vendor's job of a question of a job, unless it has ended.
+    #[boxed]
     pub async fn task_of(
         &self,
         job_id: &JobId,
@@ -50,6 +52,7 @@ impl Store {
     }
 
     /// Records the end of a vendor's job.
+    #[boxed]
     pub async fn note_task(&self, lease: &Lease, call_id: i64, end: TaskEnd) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
@@ -77,6 +80,7 @@ impl Store {
     }
 
     /// Whether cancellation of a job has been requested.
+    #[boxed]
     pub async fn is_cancelled(&self, job_id: &JobId) -> Result<bool, StoreError> {
         let state: Option<String> = sqlx::query_scalar("SELECT state FROM jobs WHERE id = $1")
             .bind(job_id.as_str())

@@ -9,6 +9,7 @@ use ::batches::{Pace, RequestCounts, RequestState};
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::{BatchRow, corrupt_item};
+use crate::boxed;
 use crate::{Store, StoreError, database};
 use scene::{BatchId, MicroUsd};
 
@@ -37,12 +38,14 @@ pub struct BatchMoney {
 
 impl Store {
     /// The account of each batch, in the same order.
+    #[boxed]
     pub async fn batch_accounts(&self, batches: &[BatchRow]) -> Result<Vec<BatchAccount>, StoreError> {
         let read = async { accounts(&mut *self.readers.acquire().await?, batches).await };
         self.readers.within_limit(read).await
     }
 
     /// How many requests are in each state.
+    #[boxed]
     pub async fn batch_counts(&self, id: &BatchId) -> Result<RequestCounts, StoreError> {
         let read = async { counts_of(&mut *self.readers.acquire().await?, &[id.as_str()]).await };
         Ok(self.readers.within_limit(read).await?.remove(id.as_str()).unwrap_or_default())

@@ -4,6 +4,7 @@ use ::batches::{BatchState, OutputError};
 use sqlx::AnyConnection;
 
 use super::{error_text, locked};
+use crate::boxed;
 use crate::{Store, StoreError, database, queue};
 use scene::{BatchId, JobId, MicroUsd, TenantId};
 
@@ -30,6 +31,7 @@ pub enum BatchRetryOutcome {
 
 impl Store {
     /// Cancels a batch: pending items at once, and the jobs of the others.
+    #[boxed]
     pub async fn cancel_batch(
         &self,
         tenant_id: &TenantId,
@@ -49,6 +51,7 @@ impl Store {
 
     /// Lets the items that failed or were cancelled wait again, with another budget if one is given. Finished stages
     /// of their scenes are reused.
+    #[boxed]
     pub async fn retry_batch(
         &self,
         tenant_id: &TenantId,

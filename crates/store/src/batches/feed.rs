@@ -9,6 +9,7 @@ use sqlx::{AnyConnection, Row};
 use super::begin::{begin, end_early, pending_items, submitted};
 use super::settle::settle;
 use super::{BatchRow, locked};
+use crate::boxed;
 use crate::{Store, StoreError, database, queue};
 use scene::{BatchId, MicroUsd};
 
@@ -38,6 +39,7 @@ pub struct Fed {
 
 impl Store {
     /// Batches that are fed, oldest first.
+    #[boxed]
     pub async fn active_batches(&self) -> Result<Vec<BatchId>, StoreError> {
         let ids: Vec<String> =
             sqlx::query_scalar("SELECT id FROM batches WHERE state IN ('running', 'cancelling') ORDER BY id")
@@ -47,6 +49,7 @@ impl Store {
     }
 
     /// Settles items of a batch that have ended, and puts pending ones into the queue.
+    #[boxed]
     pub async fn feed_batch(&self, id: &BatchId, rules: FeedRules) -> Result<Fed, StoreError> {
         if !self.needs_feeding(id, rules.window).await? {
             return Ok(Fed::default());

@@ -5,6 +5,7 @@ use sqlx::any::AnyRow;
 use sqlx::{AssertSqlSafe, Row};
 
 use super::corrupt_item;
+use crate::boxed;
 use crate::{Store, StoreError};
 use scene::BatchId;
 
@@ -28,6 +29,7 @@ pub struct ItemRow {
 
 impl Store {
     /// Results of the requests after `after_place`, at most `limit` of them. The caller checks the tenant.
+    #[boxed]
     pub async fn batch_output(
         &self,
         id: &BatchId,

@@ -11,6 +11,7 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use uuid::Uuid;
 
 use super::error_text;
+use crate::boxed;
 use crate::{Digest, Store, StoreError, database};
 use scene::{BatchId, MicroUsd, TenantId};
 
@@ -70,6 +71,7 @@ pub enum PublishOutcome {
 
 impl Store {
     /// The batch that a tenant made with an idempotency key, and the digest of what was asked for.
+    #[boxed]
     pub async fn batch_by_key(
         &self,
         tenant_id: &TenantId,
@@ -80,6 +82,7 @@ impl Store {
     }
 
     /// Begins to receive a batch, which no query finds yet.
+    #[boxed]
     pub async fn begin_batch(&self, new: NewBatch) -> Result<BatchId, StoreError> {
         self.writer
             .write("begin a batch", move |connection| {
@@ -108,6 +111,7 @@ impl Store {
     }
 
     /// Stores a group of items of a batch that is being received.
+    #[boxed]
     pub async fn append_items(&self, id: &BatchId, items: Vec<NewItem>) -> Result<(), StoreError> {
         let id = id.clone();
         self.writer
@@ -123,6 +127,7 @@ impl Store {
     }
 
     /// Ends the reception: from now on the batch exists and its items are fed, unless its key was used before.
+    #[boxed]
     pub async fn publish_batch(&self, id: &BatchId) -> Result<PublishOutcome, StoreError> {
         let id = id.clone();
         let published = self
@@ -136,6 +141,7 @@ impl Store {
     }
 
     /// Removes a batch that is being received.
+    #[boxed]
     pub async fn discard_batch(&self, id: &BatchId) -> Result<(), StoreError> {
         let id = id.clone();
         self.writer

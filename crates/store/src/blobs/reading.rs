@@ -18,6 +18,7 @@ use object_store::{GetOptions, GetRange, GetResult, GetResultPayload, ObjectMeta
 use sha2::{Digest as _, Sha256};
 
 use super::{Backend, Blobs, Digest, StoreError};
+use crate::boxed;
 
 /// Larger blobs that are wanted whole are verified while they are sent.
 pub const MAX_VERIFY_FIRST_BYTES: u64 = if cfg!(test) { 4 << 20 } else { 64 << 20 };
@@ -36,6 +37,7 @@ impl Blobs {
     ///
     /// [`StoreError::Blob`] if the store does not answer. The stream ends with [`StoreError::BlobDamaged`] if a blob
     /// that is sent whole does not match its digest.
+    #[boxed]
     pub async fn stream(
         &self,
         digest: &Digest,
@@ -78,6 +80,7 @@ impl Blobs {
     /// # Errors
     ///
     /// [`StoreError::Blob`] if the store does not answer.
+    #[boxed]
     pub async fn presigned(
         &self,
         digest: &Digest,

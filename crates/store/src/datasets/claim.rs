@@ -10,6 +10,7 @@ use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::{DatasetRow, dataset_of};
+use crate::boxed;
 use crate::database::Dialect;
 use crate::deaths::{Deaths, IS_SUSPECT};
 use crate::{Store, StoreError, database, deaths, queue};
@@ -71,6 +72,7 @@ pub enum AfterSetback {
 impl Store {
     /// Claims the oldest work on a dataset that waits, after work of dead processes has returned to the queue. Work
     /// that was alone in its process when it died, `max_deaths` times without progress, fails instead.
+    #[boxed]
     pub async fn claim_dataset(
         &self,
         owner: &str,
@@ -105,6 +107,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::DatasetLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn set_dataset_back(
         &self,
         lease: &DatasetLease,
@@ -122,6 +125,7 @@ impl Store {
     }
 
     /// Extends a lease and notes the progress; `false` if the lease is lost.
+    #[boxed]
     pub async fn renew_dataset(
         &self,
         lease: &DatasetLease,
@@ -152,6 +156,7 @@ impl Store {
     }
 
     /// Gives work back, for another process to begin it again.
+    #[boxed]
     pub async fn release_dataset(&self, lease: &DatasetLease) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer

@@ -5,6 +5,7 @@ use sqlx::{AnyConnection, Row};
 
 use super::claim::guard;
 use super::{DatasetLease, DatasetRow};
+use crate::boxed;
 use crate::{Digest, Store, StoreError};
 use scene::DatasetId;
 
@@ -21,6 +22,7 @@ pub struct DatasetFile {
 
 impl Store {
     /// The files of a version, by path. The caller checks the tenant.
+    #[boxed]
     pub async fn dataset_files(&self, id: &DatasetId) -> Result<Vec<DatasetFile>, StoreError> {
         let rows = sqlx::query("SELECT * FROM dataset_files WHERE dataset_id = $1 ORDER BY path")
             .bind(id.as_str())
@@ -30,6 +32,7 @@ impl Store {
     }
 
     /// One file of a version. The caller checks the tenant.
+    #[boxed]
     pub async fn dataset_file(&self, id: &DatasetId, path: &str) -> Result<Option<DatasetFile>, StoreError> {
         let row = sqlx::query("SELECT * FROM dataset_files WHERE dataset_id = $1 AND path = $2")
             .bind(id.as_str())
@@ -40,6 +43,7 @@ impl Store {
     }
 
     /// Records a file whose blob was put.
+    #[boxed]
     pub async fn record_dataset_file(
         &self,
         lease: &DatasetLease,
@@ -70,6 +74,7 @@ impl Store {
     }
 
     /// Gives a dataset the files of an earlier one, whose version it is.
+    #[boxed]
     pub async fn share_dataset_files(
         &self,
         lease: &DatasetLease,

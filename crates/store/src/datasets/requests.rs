@@ -5,6 +5,7 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use uuid::Uuid;
 
 use super::DatasetState;
+use crate::boxed;
 use crate::database::Dialect;
 use crate::{Digest, Store, StoreError, database};
 use scene::{DatasetId, TenantId};
@@ -42,6 +43,7 @@ pub enum VerifyOutcome {
 
 impl Store {
     /// Enqueues a freeze, once for each idempotency key.
+    #[boxed]
     pub async fn submit_dataset(&self, new: NewDataset) -> Result<SubmitDatasetOutcome, StoreError> {
         let submitted = self
             .writer
@@ -52,6 +54,7 @@ impl Store {
     }
 
     /// Enqueues the verification of a version.
+    #[boxed]
     pub async fn verify_dataset(
         &self,
         tenant_id: &TenantId,

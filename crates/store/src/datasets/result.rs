@@ -5,6 +5,7 @@ use sqlx::AnyConnection;
 
 use super::DatasetLease;
 use super::claim::guard;
+use crate::boxed;
 use crate::{Store, StoreError, database};
 
 /// What came of a freeze.
@@ -38,6 +39,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::DatasetLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn finish_freeze(&self, lease: &DatasetLease, result: FreezeResult) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
@@ -54,6 +56,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::DatasetLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn finish_verification(&self, lease: &DatasetLease, found: Value) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer

@@ -8,6 +8,7 @@ use sqlx::{AnyConnection, Row};
 use super::claim::{guard_assembly, guard_attempt};
 use super::events::append;
 use super::{AssemblyLease, AttemptLease, RecordingEventKind, count, stored};
+use crate::boxed;
 use crate::{Digest, Store, StoreError, database};
 use scene::RecordingId;
 
@@ -71,6 +72,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn begin_recording(&self, lease: &AttemptLease, identity: &str) -> Result<Begun, StoreError> {
         let (lease, identity) = (lease.clone(), identity.to_owned());
         let begun = self
@@ -90,6 +92,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn keep_attempt(&self, lease: &AttemptLease, made: MadeAttempt) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
@@ -131,6 +134,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn fail_recording(
         &self,
         lease: &AttemptLease,
@@ -151,6 +155,7 @@ impl Store {
     }
 
     /// The attempts of a recording that were made, by number. The caller checks the tenant.
+    #[boxed]
     pub async fn kept_attempts(&self, id: &RecordingId) -> Result<Vec<KeptAttempt>, StoreError> {
         let rows = sqlx::query(
             "SELECT number, outcome, detail, unit, tries FROM recording_attempts
@@ -172,6 +177,7 @@ impl Store {
     }
 
     /// How often attempts of a recording ended how so far. The caller checks the tenant.
+    #[boxed]
     pub async fn attempt_outcomes(&self, id: &RecordingId) -> Result<BTreeMap<String, u64>, StoreError> {
         let rows = sqlx::query(OUTCOMES).bind(id.as_str()).fetch_all(&self.readers).await?;
         rows.iter().map(|row| Ok((row.try_get("outcome")?, count(row, "attempts")?))).collect()
@@ -182,6 +188,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn forget_attempt(&self, lease: &AssemblyLease, number: u64) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer

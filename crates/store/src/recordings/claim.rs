@@ -11,6 +11,7 @@ use uuid::Uuid;
 use super::events::{append, ends_with};
 use super::rescue::rescue;
 use super::{RecordingEventKind, RecordingRow, RecordingState, count, recording_of, stored};
+use crate::boxed;
 use crate::database::Dialect;
 use crate::deaths::IS_SUSPECT;
 use crate::{Store, StoreError, database, deaths, queue};
@@ -53,6 +54,7 @@ impl Store {
     /// Claims work of the oldest recording that has some: an attempt that was given back, the next attempt, or
     /// assembling; after work of dead processes was given back. A recording that was alone in its process when that
     /// died, `max_deaths` times without a finished attempt between, fails instead.
+    #[boxed]
     pub async fn claim_recording(
         &self,
         owner: &str,
@@ -92,6 +94,7 @@ impl Store {
     }
 
     /// Extends the lease of an attempt; `false` if it is lost, as by a cancellation.
+    #[boxed]
     pub async fn renew_attempt(&self, lease: &AttemptLease, duration: Duration) -> Result<bool, StoreError> {
         let lease = lease.clone();
         self.writer
@@ -115,6 +118,7 @@ impl Store {
     }
 
     /// Gives an attempt back, for another process to make it.
+    #[boxed]
     pub async fn release_attempt(&self, lease: &AttemptLease) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
@@ -139,6 +143,7 @@ impl Store {
     }
 
     /// Extends the lease of assembling; `false` if it is lost.
+    #[boxed]
     pub async fn renew_assembly(
         &self,
         lease: &AssemblyLease,
@@ -163,6 +168,7 @@ impl Store {
     }
 
     /// Gives assembling back, for another process to begin it again.
+    #[boxed]
     pub async fn release_assembly(&self, lease: &AssemblyLease) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer

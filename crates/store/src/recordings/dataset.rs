@@ -10,6 +10,7 @@ use super::attempts::{drop_attempts, fail};
 use super::claim::guard_assembly;
 use super::events::append;
 use super::{AssemblyLease, RecordingEventKind, RecordingFile, corrupt, count, stored};
+use crate::boxed;
 use crate::{Digest, Store, StoreError, database};
 use scene::RecordingId;
 
@@ -40,6 +41,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn begin_assembly(&self, lease: &AssemblyLease) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
@@ -57,6 +59,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn record_recording_archive(
         &self,
         lease: &AssemblyLease,
@@ -94,6 +97,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn record_recording_files(
         &self,
         lease: &AssemblyLease,
@@ -130,6 +134,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn finish_recording(&self, lease: &AssemblyLease, summary: Value) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
@@ -161,6 +166,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn fail_assembly(
         &self,
         lease: &AssemblyLease,
@@ -181,6 +187,7 @@ impl Store {
     }
 
     /// The archives of a recording, by format. The caller checks the tenant, and that it is finished.
+    #[boxed]
     pub async fn recording_archives(&self, id: &RecordingId) -> Result<Vec<RecordingArchive>, StoreError> {
         let rows = sqlx::query("SELECT * FROM recording_archives WHERE recording_id = $1 ORDER BY format")
             .bind(id.as_str())

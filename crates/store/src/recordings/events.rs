@@ -9,6 +9,7 @@ use sqlx::{AnyConnection, Row};
 
 use super::progress::progress;
 use super::{RecordingState, corrupt, recording_of};
+use crate::boxed;
 use crate::events::{Event, event_of, rows_of_ids};
 use crate::{Store, StoreError, database};
 use scene::{RecordingId, TenantId};
@@ -117,6 +118,7 @@ pub(super) async fn ends_with(
 
 impl Store {
     /// At most `limit` events of a recording after number `after`, in order.
+    #[boxed]
     pub async fn recording_events(
         &self,
         tenant_id: &TenantId,
@@ -141,6 +143,7 @@ impl Store {
 
     /// How far the events of these recordings are, in one query; a recording that is not there is left out. At most
     /// some hundred recordings, since each is a parameter.
+    #[boxed]
     pub async fn recording_event_heads(
         &self,
         tenant_id: &TenantId,

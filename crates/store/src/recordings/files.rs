@@ -4,6 +4,7 @@ use sqlx::Row;
 use sqlx::any::AnyRow;
 
 use super::{count, stored};
+use crate::boxed;
 use crate::{Digest, Store, StoreError};
 use scene::RecordingId;
 
@@ -21,6 +22,7 @@ pub struct RecordingFile {
 
 impl Store {
     /// Files of a recording behind a place in the list of all, each with its place. The caller checks the tenant.
+    #[boxed]
     pub async fn recording_files(
         &self,
         id: &RecordingId,
@@ -39,6 +41,7 @@ impl Store {
     }
 
     /// One file of a recording. The caller checks the tenant.
+    #[boxed]
     pub async fn recording_file(
         &self,
         id: &RecordingId,

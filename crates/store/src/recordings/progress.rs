@@ -5,6 +5,7 @@ use sqlx::{AnyConnection, Row};
 
 use super::attempts::SUCCESS;
 use super::{RecordingRow, RecordingState};
+use crate::boxed;
 use crate::{Store, StoreError};
 
 /// Attempts that the pace is read from.
@@ -35,6 +36,7 @@ struct AttemptPace {
 
 impl Store {
     /// How far a recording is. It reads a bounded number of attempts. The caller checks the tenant.
+    #[boxed]
     pub async fn recording_progress(
         &self,
         recording: &RecordingRow,

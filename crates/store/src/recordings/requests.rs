@@ -7,6 +7,7 @@ use uuid::Uuid;
 use super::attempts::drop_attempts;
 use super::events::append;
 use super::{RecordingEventKind, RecordingState, stored};
+use crate::boxed;
 use crate::database::Dialect;
 use crate::{Digest, Store, StoreError, database};
 use scene::{RecordingId, SceneId, TenantId};
@@ -49,6 +50,7 @@ pub enum CancelRecordingOutcome {
 
 impl Store {
     /// Enqueues a recording, once for each idempotency key.
+    #[boxed]
     pub async fn submit_recording(&self, new: NewRecording) -> Result<SubmitRecordingOutcome, StoreError> {
         let submitted = self
             .writer
@@ -59,6 +61,7 @@ impl Store {
     }
 
     /// Cancels a recording that has not ended. Attempts that are being made are dropped when they are finished.
+    #[boxed]
     pub async fn cancel_recording(
         &self,
         tenant_id: &TenantId,

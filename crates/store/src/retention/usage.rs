@@ -14,6 +14,7 @@ use tokio::sync::watch;
 use tokio::time::Instant;
 
 use super::{Store, StoreError};
+use crate::boxed;
 use scene::TenantId;
 
 const MAX_AGE: Duration = Duration::from_secs(30);
@@ -75,6 +76,7 @@ impl Quota {
 
 impl Store {
     /// Compares a tenant's bytes with its quota, `store.retention.tenant_quota_bytes`. It reads no rows itself.
+    #[boxed]
     pub async fn quota(&self, tenant_id: &TenantId) -> QuotaOutcome {
         let quota_bytes = self.quota.quota_bytes;
         if quota_bytes == 0 {
@@ -132,6 +134,7 @@ impl Store {
     /// # Errors
     ///
     /// A [`StoreError`] if the database does not answer.
+    #[boxed]
     pub async fn usage_of(&self, tenant_id: &TenantId) -> Result<TenantUsage, StoreError> {
         let bytes: i64 = sqlx::query_scalar(
             "SELECT CAST(COALESCE(SUM(size), 0) AS BIGINT) FROM (
