@@ -35,12 +35,12 @@ def finish_setup(setup: subprocess.Popen):
         raise Problem(words.strip() or f"tests/judges/setup.sh ended with exit code {setup.returncode}")
 
 
-def judge(environment: Path, bundles, dss_bar=0.95, only=(), drake_seconds=None) -> dict:
+def judge(environment: Path, bundles, dss_bar=0.95, only=(), slow_seconds=None) -> dict:
     """The findings of judge.py, of all judges or only of those named; look at `accepted`. `left_out` are those that
-    this Python has no packages for. Drake simulates five seconds of a scene where nothing else is asked for."""
+    this Python has no packages for. Drake and PyBullet simulate five seconds where nothing else is asked for."""
     command = [str(environment / "bin/python"), str(JUDGES / "judge.py"), "--json", "--dss-bar", str(dss_bar)]
     command += ["--only", ",".join(only)] if only else []
-    command += ["--drake-seconds", str(drake_seconds)] if drake_seconds else []
+    command += ["--slow-seconds", str(slow_seconds)] if slow_seconds else []
     run = subprocess.run(command + [str(bundle) for bundle in bundles], capture_output=True, text=True)
     if run.returncode not in (0, 1):
         raise Problem(f"judge.py did not run:\n{run.stderr.strip()[-2000:]}")

@@ -34,10 +34,10 @@ CARGO = os.environ.get("CARGO", "cargo")
 KILLS = 6
 # The bar of reliability with counts that take less than a minute.
 RELIABILITY = ["--only", "kills,posts", "--kills", "8", "--posts", "50"]
-# So many sample scenes meet every judge at full length. Of the others Drake sees a second instead of five, and no
+# So many sample scenes meet every judge at full length. Of the others Drake and PyBullet see a second instead of five, and no
 # examples of the README run: `make bars` has both.
 JUDGED_FULLY = 2
-DRAKE_SECONDS = 1.0
+SLOW_SECONDS = 1.0
 # The judges' own test breaks a bundle five dozen times: the smaller the better.
 SMALL_SCENE = "An office desk with exactly a mug and a book and nothing else"
 # Where tests leave what the judges are asked about; not the target directory, of which they do not know.
@@ -351,7 +351,7 @@ def judge_sample(target: Path, environment: Path) -> str:
     briefly = [name for name in fully if name != "readme"]
     findings = judge_beside(environment, [
         {"bundles": bundles[:JUDGED_FULLY], "only": fully},
-        {"bundles": bundles[JUDGED_FULLY:], "only": briefly, "drake_seconds": DRAKE_SECONDS},
+        {"bundles": bundles[JUDGED_FULLY:], "only": briefly, "slow_seconds": SLOW_SECONDS},
     ])
     for bundle in bundles:
         verdicts = findings["bundles"][str(bundle.resolve())]

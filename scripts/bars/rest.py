@@ -5,8 +5,14 @@
 
 Each program has an environment of its own with pinned packages (`scripts/programs.py`); Genesis brings PyTorch, so all
 take 12 GB of disk. Who judges is tests/judges/rest.py.
+
+What was measured is kept in bars/rest of the target directory for as long as the program, the scenes and the judge are
+the same. A run measures what is missing, so an interrupted one goes on; `--simulators` measures only those named, and the
+page has what the earlier runs found of the others.
 """
 
+import hashlib
+import json
 import shutil
 import statistics
 from concurrent.futures import ThreadPoolExecutor
@@ -14,7 +20,7 @@ from pathlib import Path
 
 from bars.page import arguments, table, write
 from bars.run import run
-from judging import finish_setup, start_setup
+from judging import JUDGES, finish_setup, start_setup
 from resting import make, make_environments, rest, simulators, wishes, words
 from server import Problem
 
@@ -24,49 +30,90 @@ COLUMNS = [
     "program", "scenes that rest", "objects", "worst object", "moved, mm", "turned, degrees", "deepest pair", "mm",
     "step, ms", "CPU s per simulated s, median", "most",
 ]
+JUDGE = ("rest.py", "rest_lines.py", "rest_lines.mjs", "rest_scenes.toml")
 
 
 def main() -> bool:
     given = arguments(__doc__.splitlines()[0], simulators="", scenes=SCENES, program="")
     judges = given.target_dir / "judges"
     finish_setup(start_setup(judges))
-    asked = [name.strip() for name in given.simulators.split(";") if name.strip()]
-    chosen = [one for one in simulators() if not asked or one["name"] in asked]
-    if len(chosen) < len(asked):
-        raise Problem(f"not all of {asked} are in tests/judges/rest_programs.toml")
-    make_environments(judges, chosen)
-    folder = given.work / "rest"
-    shutil.rmtree(folder, ignore_errors=True)
+    every = [one["name"] for one in simulators()]
+    asked = [name.strip() for name in given.simulators.split(";") if name.strip()] or every
+    if unknown := [name for name in asked if name not in every]:
+        raise Problem(f"{unknown} are not in tests/judges/rest_programs.toml; there are {every}")
+    make_environments(judges, [one for one in simulators() if one["name"] in asked])
+    kept = Kept(given.work / "rest", Path(given.program).resolve() if given.program else given.binary)
     wanted = wishes()[: given.scenes]
-    binary = Path(given.program).resolve() if given.program else given.binary
-    made = [make(binary, wish, folder) for wish in wanted]
+    made = [kept.scene(wish) for wish in wanted]
     for wish, (_, wrong) in zip(wanted, made):
         print(f"{wish.name}: {'; '.join(wrong) or 'certified'}", flush=True)
     bundles = [bundle for bundle, _ in made if bundle]
     with ThreadPoolExecutor(AT_ONCE) as pool:
-        found = dict(zip([one["name"] for one in chosen], pool.map(lambda one: told(judges, one["name"], bundles), chosen)))
-    body, held = page(wanted, made, found)
-    if not asked and len(wanted) == SCENES:
+        list(pool.map(lambda name: measure(judges, name, bundles, kept), asked))
+    body, held = page(wanted, made, {name: kept.found(name, bundles) for name in every})
+    if len(wanted) == SCENES:
         write("rest", "Rest in every simulator", body)
     else:
         print(body, flush=True)
     return held
 
 
-def told(judges, program, bundles) -> list:
-    found = []
-    for one in rest(judges, program, bundles):
+class Kept:
+    """Scenes and findings of a program, in a folder that is emptied where the program, the scenes or the judge are others."""
+
+    def __init__(self, folder: Path, binary: Path):
+        self.folder, self.binary = folder, binary
+        whole = hashlib.sha256(binary.read_bytes())
+        for name in JUDGE:
+            whole.update((JUDGES / name).read_bytes())
+        stamp, key = folder / "key", whole.hexdigest()
+        if not stamp.is_file() or stamp.read_text(encoding="utf-8") != key:
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir(parents=True)
+            stamp.write_text(key, encoding="utf-8")
+
+    def scene(self, wish) -> tuple:
+        """(the bundle, what is wrong with it), as `make` tells it."""
+        told = self.folder / f"{wish.name}.json"
+        if not told.is_file():
+            bundle, wrong = make(self.binary, wish, self.folder)
+            told.write_text(json.dumps([bool(bundle), wrong]), encoding="utf-8")
+        is_there, wrong = json.loads(told.read_text(encoding="utf-8"))
+        return (self.folder / wish.name if is_there else None), wrong
+
+    def found(self, program: str, bundles: list) -> list:
+        """What is known of these bundles in a program."""
+        path = self.path(program)
+        lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
+        by_scene = {Path(one["bundle"]).name: one for one in map(json.loads, lines)}
+        return [by_scene[bundle.name] for bundle in bundles if bundle.name in by_scene]
+
+    def add(self, program: str, told: dict):
+        with self.path(program).open("a", encoding="utf-8") as file:
+            file.write(json.dumps(told) + "\n")
+
+    def path(self, program: str) -> Path:
+        return self.folder / f"{program}.jsonl"
+
+
+def measure(judges, program, bundles, kept):
+    """Measures what is not known yet."""
+    known = {Path(one["bundle"]).name for one in kept.found(program, bundles)}
+    missing = [bundle for bundle in bundles if bundle.name not in known]
+    for one in rest(judges, program, missing) if missing else ():
         if not one["holds"]:
             print(f"  {program}: {Path(one['bundle']).name}: {words(one)}", flush=True)
-        found.append(one)
+        kept.add(program, one)
+    found = kept.found(program, bundles)
     print(f"{program}: {sum(one['holds'] for one in found)} of {len(found)}", flush=True)
-    return found
 
 
 def page(wanted, made, found) -> tuple:
     """(text, whether all hold)."""
     wrong = [f"- {wish.name}: {'; '.join(reasons)}" for wish, (_, reasons) in zip(wanted, made) if reasons]
-    rows = [row(name, of) for name, of in found.items()]
+    count = sum(bundle is not None for bundle, _ in made)
+    rows = [row(name, of) for name, of in found.items() if of]
+    missing = [f"- {name}: {count - len(of)} of {count} scenes" for name, of in found.items() if len(of) < count]
     falls = [
         f"- {name}, {Path(one['bundle']).name}: {words(one)}"
         for name, of in found.items() for one in of if not one["holds"]
@@ -78,10 +125,10 @@ def page(wanted, made, found) -> tuple:
         "no pair is deeper in each other at the end than a quarter of the thinner one's smallest side or 2 mm. The worst "
         "object is the one nearest to its limit, or farthest beyond. Pinocchio only loads.\n\n" + table(COLUMNS, rows)
     )
-    for title, lines in (("Not certified", wrong), ("What does not rest", falls)):
+    for title, lines in (("Not certified", wrong), ("What does not rest", falls), ("Not measured", missing)):
         text += f"\n\n## {title}\n\n" + "\n".join(lines) if lines else ""
     text += "\n\n## Scenes\n\n" + table(["scene", "kind", "seed", "text"], scenes)
-    return text, not wrong and not falls
+    return text, not wrong and not falls and not missing
 
 
 def row(program: str, found: list) -> list:

@@ -43,7 +43,7 @@ def main() -> bool:
             percent(metrics["ss"]),
             percent(metrics["dss_aligned"]),
             percent(metrics["dss_shipped"]),
-            percent(facts.get("dss", 0.0)),
+            percent(facts.get("stable", 0) / (facts.get("movable") or sentence.objects)),
             "all accept" if not said else f"{len(said)} complaints",
             f"{made.seconds:.1f}",
         ])

@@ -2,6 +2,7 @@
 
 import ast
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
@@ -18,9 +19,10 @@ STEPPING = """
 from types import SimpleNamespace
 model = SimpleNamespace(opt=SimpleNamespace(timestep=0.01))
 body = SimpleNamespace(xpos=[0.0, 0.0, 0.0], xquat=[1.0, 0.0, 0.0, 0.0])
-data = SimpleNamespace(body=lambda name: body)
+data = SimpleNamespace(body=lambda name: body, time=0.0)
 for _ in range(7):
     body.xpos[0] += 1.0
+    data.time += 0.01
 print("what stands behind the loop does not run")
 raise SystemExit(1)
 """
@@ -50,6 +52,13 @@ class Lines(unittest.TestCase):
         found = rest_lines.simulated(rest_lines.Mujoco, steps, given, 5.0, ["mug"])
         self.assertEqual(found["poses"]["mug"], [500.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
         self.assertAlmostEqual(found["simulated_s"], 5.0)
+
+    def test_a_simulation_that_began_anew_is_no_rest(self):
+        before, steps = rest_lines.parts(STEPPING.replace("data.time += 0.01", "data.time = 0.0"))
+        given = {}
+        exec(compile(before, "README.md", "exec"), given)
+        with self.assertRaisesRegex(RuntimeError, "diverged"):
+            rest_lines.simulated(rest_lines.Mujoco, steps, given, 5.0, ["mug"])
 
     def test_drake_advances_to_the_seconds_asked_for(self):
         before, steps = rest_lines.parts(ADVANCING)
@@ -91,6 +100,23 @@ class Page(unittest.TestCase):
         text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [fallen]})
         self.assertFalse(held)
         self.assertIn("- MuJoCo 3.3.0, tower: cube_5 moves 270.00 mm and turns 90.00 degrees", text)
+
+    def test_a_program_that_was_not_run_is_named_and_fails_the_bar(self):
+        wanted, made = [Wish("tower", "stack", 1, "A tower")], [(Path("/scenes/tower"), [])]
+        text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [told()], "Drake": []})
+        self.assertFalse(held)
+        self.assertIn("## Not measured\n\n- Drake: 1 of 1 scenes", text)
+
+    def test_findings_are_kept_for_as_long_as_the_program_is_the_same(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program, kept = Path(folder) / "program", Path(folder) / "rest"
+            bundles = [kept / "tower", kept / "coins"]
+            program.write_text("one", encoding="utf-8")
+            rest.Kept(kept, program).add("MuJoCo 3.3.0", told())
+            found = rest.Kept(kept, program).found("MuJoCo 3.3.0", bundles)
+            self.assertEqual([one["bundle"] for one in found], ["/scenes/tower"])
+            program.write_text("another", encoding="utf-8")
+            self.assertEqual(rest.Kept(kept, program).found("MuJoCo 3.3.0", bundles), [])
 
     def test_a_scene_that_is_not_certified_fails_the_bar(self):
         _, held = rest.page([Wish("tower", "stack", 1, "A tower")], [(None, ["no room"])], {})

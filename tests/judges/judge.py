@@ -1,7 +1,7 @@
 """Runs every judge over unpacked bundles and prints a table.
 
     target/judges/bin/python tests/judges/judge.py BUNDLE_DIR... [--json] [--only usd,mjcf] [--dss-bar 0.95]
-        [--drake-seconds 5]
+        [--slow-seconds 5]
 
 Exits with 1 if any judge rejects a bundle, or if fewer than the bar of all movable bodies (over all
 bundles together) stay in place in MuJoCo; with 2 on wrong use. A judge that this Python has no packages for is
@@ -20,6 +20,8 @@ from left_out import LEFT_OUT
 from verdict import Verdict
 
 JUDGES = ["schema", "report", "usd", "robotics_prop", "mjcf", "urdf", "bullet", "sdf", "glb", "marks", "collisions", "readme"]
+# They simulate scenes in Drake and PyBullet, which take seconds of CPU for each.
+SLOW = ("sdf", "bullet")
 
 
 def main() -> int:
@@ -28,7 +30,7 @@ def main() -> int:
     parser.add_argument("--json", action="store_true", help="print machine-readable findings")
     parser.add_argument("--only", default=",".join(JUDGES), help="comma-separated judges")
     parser.add_argument("--dss-bar", type=float, default=0.95, help="share of movable bodies that must stay")
-    parser.add_argument("--drake-seconds", type=float, default=5.0, help="how long Drake simulates each scene")
+    parser.add_argument("--slow-seconds", type=float, default=5.0, help="how long each of SLOW simulates a scene")
     arguments = parser.parse_args()
     chosen = arguments.only.split(",")
     unknown = [name for name in chosen if name not in JUDGES]
@@ -44,7 +46,7 @@ def main() -> int:
         bundle = bundle.resolve()
         findings[str(bundle)] = [judged(modules[name], name, bundle, arguments) for name in chosen]
 
-    settled = [v.facts for verdicts in findings.values() for v in verdicts if v.judge == "mjcf" and "dss" in v.facts]
+    settled = [v.facts for verdicts in findings.values() for v in verdicts if v.judge == "mjcf" and "movable" in v.facts]
     movable, stable = sum(f["movable"] for f in settled), sum(f["stable"] for f in settled)
     dss = stable / movable if movable else 1.0
     rejected = [v for verdicts in findings.values() for v in verdicts if not v.accepted]
@@ -75,7 +77,7 @@ def main() -> int:
 
 
 def judged(module, name, bundle, arguments) -> Verdict:
-    more = {"duration_s": arguments.drake_seconds} if name == "sdf" else {}
+    more = {"duration_s": arguments.slow_seconds} if name in SLOW else {}
     start = time.perf_counter()
     try:
         verdict = module.judge(bundle, **more)

@@ -1,19 +1,17 @@
-"""MuJoCo loads the scene, finds the scene's masses, and everything stays where it is for five seconds.
+"""MuJoCo loads the scene, finds the scene's masses, and everything rests for five seconds, as rest.py measures it.
 
 The file of each object loads alone, and its sites enclose it as loaders of robosuite's kind expect.
 """
 
-import math
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from rest import check_rest
 from verdict import Verdict, bodies, differs, inertia_tensor, read_scene
 
-DURATION_S = 5.0
-DISPLACEMENT_M = 0.03
-TURN_RAD = math.radians(30)
+PROGRAM = "MuJoCo 4.0.0"
 
 
 def judge(bundle: Path) -> Verdict:
@@ -24,41 +22,15 @@ def judge(bundle: Path) -> Verdict:
     except ValueError as error:
         verdict.complaints.append(f"MuJoCo does not load it: {error}")
         return verdict
-    sleep = getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", None)
-    if sleep is not None:
-        model.opt.enableflags &= ~int(sleep)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     for body in bodies(scene):
         check_body(verdict, model, data, body)
         if body["movable"]:
             check_object(verdict, bundle, body)
-    if verdict.complaints:
-        return verdict
-    depth = max((-contact.dist for contact in data.contact), default=0.0)
-
-    movable = [model.body(instance["name"]).id for instance in scene["instances"]]
-    start, turn = data.xpos.copy(), data.xquat.copy()
-    for _ in range(round(DURATION_S / model.opt.timestep)):
-        mujoco.mj_step(model, data)
-        if not np.isfinite(data.qpos).all() or data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:
-            verdict.complaints.append(f"the simulation diverges at {data.time:.3f} s")
-            return verdict
-    moved = np.linalg.norm(data.xpos - start, axis=1)
-    dots = np.clip(np.abs(np.sum(data.xquat * turn, axis=1)), 0.0, 1.0)
-    turned = 2 * np.arccos(dots)
-    failed = [b for b in movable if moved[b] >= DISPLACEMENT_M or turned[b] >= TURN_RAD]
-    verdict.facts = {
-        "movable": len(movable),
-        "stable": len(movable) - len(failed),
-        "dss": 1.0 if not movable else 1.0 - len(failed) / len(movable),
-        "largest_displacement_mm": round(1e3 * max((moved[b] for b in movable), default=0.0), 3),
-        "largest_turn_deg": round(math.degrees(max((turned[b] for b in movable), default=0.0)), 3),
-        "start_depth_mm": round(1e3 * depth, 3),
-        "unstable": {
-            model.body(b).name: [round(1e3 * moved[b], 1), round(math.degrees(turned[b]), 1)] for b in failed
-        },
-    }
+    if not verdict.complaints:
+        verdict.facts["start_depth_mm"] = round(1e3 * max((-contact.dist for contact in data.contact), default=0.0), 3)
+        check_rest(verdict, bundle, PROGRAM)
     return verdict
 
 

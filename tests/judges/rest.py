@@ -15,14 +15,14 @@ import math
 import subprocess
 import sys
 import tomllib
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from readme import examples
-from verdict import bodies, read_scene, rotation
+from verdict import Verdict, bodies, read_scene, rotation
 
 DURATION_S = 5.0
 SIDE_SHARE = 0.25
@@ -66,6 +66,8 @@ class Rest:
     # Why there is nothing to measure.
     failure: str = ""
     held: int = 0
+    # Objects beyond their limit: millimeters and degrees.
+    unstable: dict = field(default_factory=dict)
     worst: str = ""
     worst_share: float = 0.0
     moved_mm: float = 0.0
@@ -100,6 +102,18 @@ def rest(bundle: Path, program: str, duration_s: float = DURATION_S) -> Rest:
     return found
 
 
+def check_rest(verdict: Verdict, bundle: Path, program: str, duration_s: float = DURATION_S):
+    """What a judge of one format tells of rest in its program."""
+    found = rest(bundle, program, duration_s)
+    if found.failure:
+        verdict.complaints.append(f"in {program}, by the README's lines: {found.failure}")
+    verdict.facts |= {
+        "movable": found.objects, "stable": found.held, "simulated_s": duration_s, "unstable": found.unstable,
+        "nearest_to_limit": f"{found.worst} {found.moved_mm:.2f} mm {found.turned_deg:.2f} deg",
+        "deepest": f"{found.deepest} {found.depth_mm:.2f} mm", "cpu_s_per_s": round(found.cpu_s_per_s, 2),
+    }
+
+
 def measure_movement(found: Rest, scene, poses):
     for instance in scene["instances"]:
         position, turn = poses[instance["name"]]
@@ -107,7 +121,10 @@ def measure_movement(found: Rest, scene, poses):
         relative = rotation(instance["rotation_xyzw"]).T @ rotation(turn)
         turned_rad = math.acos(min(1.0, max(-1.0, (np.trace(relative) - 1.0) / 2.0)))
         share = max(moved_m / (SIDE_SHARE * min(instance["size_m"])), turned_rad / TURN_RAD)
-        found.held += share <= 1.0
+        if share <= 1.0:
+            found.held += 1
+        else:
+            found.unstable[instance["name"]] = [round(1e3 * moved_m, 1), round(math.degrees(turned_rad), 1)]
         if share > found.worst_share:
             found.worst, found.worst_share = instance["name"], share
             found.moved_mm, found.turned_deg = 1e3 * moved_m, math.degrees(turned_rad)

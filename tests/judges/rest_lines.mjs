@@ -28,6 +28,7 @@ const poses = Object.fromEntries(names.map((name) => {
   return [name, [...data.xpos.slice(3 * body, 3 * body + 3), x, y, z, w]];
 }));
 const step_s = model.opt.timestep;
+if (data.time < (${count} - 0.5) * step_s) throw new Error("the simulation diverged and began anew");
 console.log("\\nrest: " + JSON.stringify({ poses, step_s, simulated_s: ${count} * step_s, cpu_s: 1e-6 * (user + system) }));
 `;
 const file = path.join(environment, `example-${process.pid}.mjs`);

@@ -1,7 +1,7 @@
 """Drake loads every model; mass, center of mass, inertia and hulls are the scene's, and so are the world's poses. Then
-all models together stay where they are for five seconds of hydroelastic contact, or for as long as is asked for.
+everything rests for five seconds, or for as long as is asked for, as rest.py measures it.
 
-It does so in a process of its own: Drake does not bear the other programs in one. The world is read as XML, since
+It loads them in a process of its own: Drake does not bear the other programs in one. The world is read as XML, since
 Drake 1.51 ends with a segmentation fault on worlds of many models, each of which it loads.
 """
 
@@ -15,24 +15,26 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from overheard import Overheard
+from rest import DURATION_S, check_rest
 from verdict import Verdict, bodies, differs, inertia_tensor, matrix, read_scene
 
-STEP_S = 0.005
-DURATION_S = 5.0
-DISPLACEMENT_M = 0.03
-# Apples slide into each other by 3 mm in a bowl; a ruler that sank did so by 7 mm.
-SINKING_M = 0.005
+PROGRAM = "Drake 1.51.0, SDF"
 
 
 def judge(bundle: Path, duration_s: float = DURATION_S) -> Verdict:
-    command = [sys.executable, __file__, str(bundle), str(duration_s)]
+    command = [sys.executable, __file__, str(bundle)]
     run = subprocess.run(command, capture_output=True, text=True, timeout=600)
     if run.returncode != 0:
         return Verdict("sdf", [f"Drake fails: {run.stderr.strip()[-500:]}"])
-    return Verdict("sdf", **json.loads(run.stdout))
+    verdict = Verdict("sdf", **json.loads(run.stdout))
+    if not verdict.complaints:
+        check_rest(verdict, bundle, PROGRAM, duration_s)
+        for name, (moved_mm, turned_deg) in verdict.facts["unstable"].items():
+            verdict.complaints.append(f"{name} moves by {moved_mm} mm and turns by {turned_deg} degrees in Drake")
+    return verdict
 
 
-def judge_here(bundle: Path, duration_s: float) -> Verdict:
+def judge_here(bundle: Path) -> Verdict:
     verdict = Verdict("sdf")
     scene = read_scene(bundle)
     world = ElementTree.parse(bundle / "sdf" / "world.sdf").getroot().find("world")
@@ -48,44 +50,8 @@ def judge_here(bundle: Path, duration_s: float) -> Verdict:
             verdict.complaints.append(f"sdf/world.sdf has no model {name}")
         else:
             check_placed(verdict, body, models[name], bundle)
-    verdict.facts = {"bodies": len(bodies(scene)), "hulls": hulls, "simulated_s": duration_s}
-    if not verdict.complaints:
-        check_rest(verdict, bundle, scene, duration_s)
+    verdict.facts = {"bodies": len(bodies(scene)), "hulls": hulls}
     return verdict
-
-
-def check_rest(verdict, bundle, scene, duration_s):
-    """Drake's own steps: nothing leaves its place, and nothing sinks."""
-    from pydrake.common.eigen_geometry import Quaternion
-    from pydrake.math import RigidTransform
-    from pydrake.multibody.parsing import Parser
-    from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
-    from pydrake.systems.analysis import Simulator
-    from pydrake.systems.framework import DiagramBuilder
-
-    builder = DiagramBuilder()
-    plant, _ = AddMultibodyPlantSceneGraph(builder, time_step=STEP_S)
-    for body in bodies(scene):
-        Parser(plant).AddModels(str(bundle / "sdf" / "models" / body["name"] / "model.sdf"))
-    for instance in scene["instances"]:
-        x, y, z, w = instance["rotation_xyzw"]
-        pose = RigidTransform(Quaternion(w, x, y, z), instance["translation_m"])
-        plant.SetDefaultFloatingBaseBodyPose(plant.GetBodyByName(instance["name"]), pose)
-    plant.Finalize()
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(duration_s)
-    context = plant.GetMyContextFromRoot(simulator.get_context())
-    moved, sunk = {}, {}
-    for instance in scene["instances"]:
-        name = instance["name"]
-        way = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName(name)).translation() - instance["translation_m"]
-        moved[name], sunk[name] = float(np.linalg.norm(way)), float(-way[2])
-        if not moved[name] < DISPLACEMENT_M:
-            verdict.complaints.append(f"{name} moves by {1e3 * moved[name]:.1f} mm in Drake")
-        elif sunk[name] > SINKING_M:
-            verdict.complaints.append(f"{name} sinks by {1e3 * sunk[name]:.1f} mm in Drake")
-    verdict.facts["largest_displacement_mm"] = round(1e3 * max(moved.values(), default=0.0), 3)
-    verdict.facts["largest_sinking_mm"] = round(1e3 * max(sunk.values(), default=0.0), 3)
 
 
 def check_placed(verdict, body, model, bundle):
@@ -140,5 +106,5 @@ def check_body(verdict, body, plant, link) -> int:
 
 
 if __name__ == "__main__":
-    found = judge_here(Path(sys.argv[1]), float(sys.argv[2]))
+    found = judge_here(Path(sys.argv[1]))
     print(json.dumps({"complaints": found.complaints, "facts": found.facts}))

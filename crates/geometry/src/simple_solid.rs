@@ -20,14 +20,20 @@ use crate::{ConvexHull, Pose};
 
 /// Largest distance of a hull's corner from the solid's surface, meters.
 const ON_SURFACE_M: f64 = 2e-5;
-/// How far the solid may stick out of the hull's facets: share of the longest side.
-const FACET_SHARE: f64 = 0.005;
-/// At least and at most, meters.
-const FACET_M: [f64; 2] = [2e-4, 1e-3];
+/// The hull holds the solid made smaller by this share: a prism of 16 sides (1.9 percent inside its circle) is round, at
+/// any size and length; one of 12 sides (3.4 percent) rests on its sides.
+const FACET_SHARE: f64 = 0.02;
+/// How far the solid may stick out of the hull's facets at most, meters.
+const FACET_M: f64 = 1e-3;
+/// How far a squared edge may stick out, as a share of the smallest radius or half side: an eighth of a coin's thickness.
+const EDGE_SHARE: f64 = 0.25;
 /// The hull has at least this share of the solid's volume; corners of a polygon of 32 sides cost 0.6 percent.
 const MIN_VOLUME_SHARE: f64 = 0.95;
 /// A face counts where a facet of the hull covers this share of it: what is tapered has no such faces.
 const MIN_FACE_SHARE: f64 = 0.6;
+/// A cylinder's side counts where the hull touches it along this share of its length: rims rounded by a quarter of a
+/// coin's thickness leave half; what is tapered or bulges touches along a ring.
+const MIN_SIDE_SHARE: f64 = 0.4;
 /// Largest cosine between a cylinder's axis and the normal of a facet of its side.
 const ON_SIDE: f64 = 0.01;
 /// Hulls of more triangles are not tested: roundings of simple solids have hundreds.
@@ -63,25 +69,26 @@ pub enum SimpleSolidKind {
 
 impl SimpleSolid {
     /// The solid whose corners and facets the hull has, within a fiftieth of a millimeter at its corners, and at its
-    /// facets within 0.5 percent of its longest side, at least 0.2 and at most 1 mm.
+    /// facets within 2 percent of each of its measures, at most 1 mm.
     pub fn of_hull(hull: &ConvexHull) -> Option<Self> {
         let facets = facets(hull);
-        let allowed_m = roundness_m(hull);
         candidates(hull, &facets).into_iter().find(|solid| {
             hull.points.iter().all(|p| solid.distance_m(*p).abs() <= ON_SURFACE_M)
-                && solid.covers(hull, &facets, allowed_m)
+                && facets.iter().all(|facet| solid.is_reached_by(facet))
+                && solid.is_filled_by(hull)
         })
     }
 
     /// The box or cylinder that the hull is but for rounded edges. The solid encloses the hull and sticks out of it by
-    /// at most `excess_m`; flat facets of the hull cover most of each of its faces, and the hull touches most of a
-    /// cylinder's side.
+    /// at most `excess_m` and a quarter of its smallest half measure; flat facets of the hull cover most of each of its
+    /// faces, and a cylinder's side is round and touched along its length.
     pub fn rounding(hull: &ConvexHull, excess_m: f64) -> Option<Self> {
         if hull.triangles.len() > MAX_TRIANGLES {
             return None;
         }
         let facets = facets(hull);
         candidates(hull, &facets).into_iter().find(|solid| {
+            let excess_m = excess_m.min(EDGE_SHARE * solid.half_size_m().min_element());
             let encloses = || hull.points.iter().all(|p| solid.distance_m(*p) <= ON_SURFACE_M);
             let touches = || {
                 solid.faces().iter().all(|face| face.is_covered(&facets)) && solid.is_touched(hull, &facets)
@@ -90,7 +97,7 @@ impl SimpleSolid {
                 && encloses()
                 && touches()
                 && solid.farthest_corner_m(&facets) <= excess_m
-                && solid.covers(hull, &facets, excess_m)
+                && solid.is_filled_by(hull)
         })
     }
 
@@ -108,10 +115,16 @@ impl SimpleSolid {
         }
     }
 
-    /// Whether the hull's facets are nowhere farther inside than allowed, and its volume is nearly the solid's.
-    fn covers(&self, hull: &ConvexHull, facets: &[Facet], allowed_m: f64) -> bool {
-        let near = |facet: &Facet| self.reach_m(facet.normal) - facet.offset_m <= allowed_m;
-        facets.iter().all(near) && hull.volume_m3() >= MIN_VOLUME_SHARE * self.volume_m3()
+    /// Whether a facet of the hull is nowhere inside the solid made smaller about its center.
+    fn is_reached_by(&self, facet: &Facet) -> bool {
+        let reach_m = self.reach_m(facet.normal);
+        let from_center_m = reach_m - facet.normal.dot(self.object_from_solid.translation_m);
+        reach_m - facet.offset_m <= (FACET_SHARE * from_center_m).min(FACET_M)
+    }
+
+    /// Whether the hull's volume is nearly the solid's.
+    fn is_filled_by(&self, hull: &ConvexHull) -> bool {
+        hull.volume_m3() >= MIN_VOLUME_SHARE * self.volume_m3()
     }
 
     pub fn volume_m3(&self) -> f64 {
@@ -180,12 +193,12 @@ impl SimpleSolid {
         }
     }
 
-    /// Whether the hull is round and touches a cylinder's side over most of its length; true of every other solid.
+    /// Whether the hull is round and touches a cylinder's side along its length; true of every other solid.
     fn is_touched(&self, hull: &ConvexHull, facets: &[Facet]) -> bool {
         let SimpleSolidKind::Cylinder { radius_m, half_length_m } = self.kind else { return true };
         let axis = self.object_from_solid.rotation * DVec3::Z;
         let mut sides = facets.iter().filter(|facet| facet.normal.dot(axis).abs() < ON_SIDE);
-        if !sides.all(|side| self.reach_m(side.normal) - side.offset_m <= roundness_m(hull)) {
+        if !sides.all(|side| self.is_reached_by(side)) {
             return false;
         }
         let solid_from_object = self.object_from_solid.inverse();
@@ -193,7 +206,7 @@ impl SimpleSolid {
         let touching = touching.filter(|p| p.truncate().length() >= radius_m - ON_SURFACE_M);
         let (low, high) =
             touching.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p.z), high.max(p.z)));
-        high - low >= MIN_FACE_SHARE * 2.0 * half_length_m
+        high - low >= MIN_SIDE_SHARE * 2.0 * half_length_m
     }
 
     /// Distance by which the solid's own corners lie above the hull's facets.
@@ -253,15 +266,6 @@ impl Face {
         facets.iter().filter(in_plane).map(|facet| facet.area_m2).sum::<f64>()
             >= MIN_FACE_SHARE * self.area_m2
     }
-}
-
-/// How far facets of what is round may lie inside, meters.
-fn roundness_m(hull: &ConvexHull) -> f64 {
-    let (low, high) = hull
-        .points
-        .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
-    (FACET_SHARE * (high - low).max_element()).clamp(FACET_M[0], FACET_M[1])
 }
 
 #[cfg(test)]

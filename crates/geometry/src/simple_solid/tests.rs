@@ -78,6 +78,30 @@ fn what_only_resembles_a_solid_keeps_its_hull() {
 }
 
 #[test]
+fn a_polygon_is_round_by_its_sides_at_any_size_and_length() {
+    for (radius_m, length_m) in [(0.01, 0.1), (0.002, 0.15), (0.012, 0.002), (0.04, 0.01)] {
+        let found = |sides: usize| kind(prism(&regular_polygon(radius_m, sides), length_m));
+        assert_eq!(found(12), None, "12 sides, radius {radius_m}, length {length_m}");
+        let round = found(16);
+        assert!(matches!(round, Some(SimpleSolidKind::Cylinder { .. })), "{round:?} of radius {radius_m}");
+        let squared = SimpleSolid::rounding(&hull(prism(&regular_polygon(radius_m, 12), length_m)), 0.0015);
+        assert_eq!(squared, None, "12 sides, radius {radius_m}, length {length_m}");
+    }
+}
+
+#[test]
+fn coins_whose_rims_are_rounded_by_a_quarter_are_cylinders() {
+    for (radius_m, thickness_m) in [(0.014, 0.00275), (0.0118, 0.0024), (0.009, 0.002), (0.015, 0.003)] {
+        let coin = hull(cylinder(radius_m, thickness_m, 0.25 * thickness_m, 48));
+        let found = SimpleSolid::rounding(&coin, 0.0015).map(|solid| solid.kind);
+        let Some(SimpleSolidKind::Cylinder { radius_m: r, half_length_m }) = found else {
+            panic!("{found:?}")
+        };
+        assert!((r - radius_m).abs() < 1e-5 && (half_length_m - 0.5 * thickness_m).abs() < 1e-9);
+    }
+}
+
+#[test]
 fn rounded_edges_are_squared_within_the_excess() {
     let cube = hull(rounded_block(DVec3::splat(0.045), 0.0015, 0.0015));
     let found = SimpleSolid::rounding(&cube, 0.0015).expect("a box");
@@ -98,7 +122,18 @@ fn rounded_edges_are_squared_within_the_excess() {
 
 #[test]
 fn tapered_and_angular_hulls_are_not_squared() {
-    for solid in [cone(0.03, 0.029, 0.1, 48), prism(&regular_polygon(0.01, 8), 0.1), sphere(0.002, 32)] {
+    let barrel: Vec<DVec2> = [(0.0, 0.0), (0.011, 0.0), (0.012, 0.015), (0.011, 0.03), (0.0, 0.03)]
+        .map(|(radius, z)| DVec2::new(radius, z))
+        .to_vec();
+    let solids = [
+        cone(0.03, 0.029, 0.1, 48),
+        prism(&regular_polygon(0.01, 8), 0.1),
+        sphere(0.002, 32),
+        lathe(&barrel, 48),
+        // A lens: round all along its rim.
+        cylinder(0.02, 0.006, 0.003, 48),
+    ];
+    for solid in solids {
         assert_eq!(SimpleSolid::rounding(&hull(solid), 0.0015), None);
     }
 }
