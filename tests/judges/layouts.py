@@ -19,12 +19,15 @@ import mujoco
 import numpy as np
 
 from collisions import collision_depth, fcl_object
-from mjcf import DISPLACEMENT_M, DURATION_S, TURN_RAD
+from rest import DURATION_S
 from shapes import shapes
 from solids import load_solid
 from verdict import read_scene
 
 TIMESTEP_S = 0.002
+# Of the measure DSS, by which layouts of others are compared.
+DISPLACEMENT_M = 0.03
+TURN_RAD = math.radians(30)
 AT_ONCE = 2
 
 
