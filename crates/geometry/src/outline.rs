@@ -65,9 +65,11 @@ impl Outline {
 
     /// The point itself if inside, else the nearest point of the edge.
     pub fn nearest_inside(&self, point: DVec2) -> DVec2 {
-        if self.contains(point) {
-            return point;
-        }
+        if self.contains(point) { point } else { self.nearest_on_edge(point) }
+    }
+
+    /// The nearest point of the edge.
+    pub fn nearest_on_edge(&self, point: DVec2) -> DVec2 {
         let on_sides = self.0.iter().enumerate().map(|(k, &b)| {
             let a = self.0[(k + self.0.len() - 1) % self.0.len()];
             let t = ((point - a).dot(b - a) / (b - a).length_squared().max(1e-300)).clamp(0.0, 1.0);

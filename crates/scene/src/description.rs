@@ -112,12 +112,16 @@ pub struct Relation {
     /// Free distance between the nearest points of the two objects, or of the object and the edge of the table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub distance_m: Option<f64>,
+    /// Whether left, right, in front and behind are those of the person who sits at the target, at the edge of the
+    /// table that is nearest to it, instead of those of a viewer at the front edge.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub seated: bool,
 }
 
 impl Relation {
     /// A relation to one object, or to the table, without a distance.
     pub fn new(kind: RelationKind, target: Option<InstanceId>) -> Self {
-        Self { kind, target, second_target: None, distance_m: None }
+        Self { kind, target, second_target: None, distance_m: None, seated: false }
     }
 }
 

@@ -70,6 +70,13 @@ impl PosedFootprint {
         Self::new(&corners, world_from_object.yaw_rad().unwrap_or(0.0), bottom_m, top_m)
     }
 
+    /// Turned about the world's vertical axis.
+    fn turned(&self, by_rad: f64) -> Self {
+        let turn = DVec2::from_angle(by_rad);
+        let corners: Vec<DVec2> = self.corners.iter().map(|corner| turn.rotate(*corner)).collect();
+        Self::new(&corners, wrap_angle_rad(self.yaw_rad + by_rad), self.bottom_m, self.top_m)
+    }
+
     /// Convex counter-clockwise.
     pub fn corners(&self) -> &[DVec2] {
         &self.corners
@@ -215,6 +222,13 @@ pub fn direction_of(kind: RelationKind) -> Option<DVec2> {
         RelationKind::Behind => DVec2::Y,
         _ => return None,
     })
+}
+
+/// Yaw of what faces the person who sits at a point of the table: outside the nearest edge, facing inward. At the front
+/// edge it is 0.
+pub fn seat_yaw_rad(at: DVec2, table: &Outline) -> f64 {
+    let outward = table.nearest_on_edge(at) - at;
+    outward.try_normalize().map_or(0.0, |outward| wrap_angle_rad(outward.to_angle() + FRAC_PI_2))
 }
 
 fn is_toward(object: &PosedFootprint, target: &PosedFootprint, way: DVec2) -> bool {

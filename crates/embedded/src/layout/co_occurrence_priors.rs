@@ -158,6 +158,26 @@ pub(super) fn add_soft_constraints(
             });
         }
     }
+    add_spoons_beyond_knives(objects, constraints);
+}
+
+/// Adds soft constraints for spoons: right of the knife, where both are right of a plate.
+fn add_spoons_beyond_knives(objects: &[LayoutObject], constraints: &mut Vec<SpatialConstraint>) {
+    let right_of_plate = |constraint: &&SpatialConstraint, category: &str| {
+        constraint.position == RIGHT
+            && constraint.in_target_frame
+            && objects[constraint.from].category.name == category
+            && objects[constraint.to].category.name == "plate"
+    };
+    let knives: Vec<(usize, usize)> =
+        constraints.iter().filter(|c| right_of_plate(c, "knife")).map(|c| (c.from, c.to)).collect();
+    let spoons: Vec<SpatialConstraint> =
+        constraints.iter().filter(|c| right_of_plate(c, "spoon")).copied().collect();
+    for spoon in spoons {
+        if let Some((knife, _)) = knives.iter().find(|(_, plate)| *plate == spoon.to) {
+            constraints.push(SpatialConstraint { to: *knife, hard: false, distance_m: None, ..spoon });
+        }
+    }
 }
 
 /// Samples the yaw of an object.

@@ -60,6 +60,7 @@ impl LayoutAttempt<'_> {
         let margin_m = self.settings.edge_margin_m;
         let mut place_settings = place_settings::place_settings(
             self.requests,
+            self.stated,
             self.supports,
             self.objects,
             outline,

@@ -4,8 +4,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec2;
 
-use super::{Footprint, LayoutObject, ObjectGeometry, Placement};
+use super::{Footprint, LayoutObject, ObjectGeometry, Placement, StatedDemands};
 use geometry::Outline;
+use scene::predicates::seat_yaw_rad;
 use scene::{RelationKind, SupportTree};
 
 /// Width of a place setting with its cutlery, meters.
@@ -23,6 +24,7 @@ struct PlaceSetting {
 /// A place setting for each plate on the table whose position the text leaves open.
 pub(super) fn place_settings(
     objects: &[LayoutObject],
+    stated: &StatedDemands,
     supports: &SupportTree,
     geometries: &[ObjectGeometry],
     outline: &Outline,
@@ -34,19 +36,21 @@ pub(super) fn place_settings(
             && objects[k].relations.is_empty()
     };
     let plates: Vec<usize> = (0..objects.len()).filter(|&k| free(k)).collect();
-    // Directions are those of a person at the front edge, so plates with directed relations are placed there.
-    let directed = objects.iter().any(|object| {
-        object.relations.iter().any(|(kind, target)| {
+    // Stated directions are those of a viewer at the front edge, so plates with directed relations are placed there.
+    let directed = objects.iter().enumerate().any(|(from, object)| {
+        object.relations.iter().any(|&(kind, target)| {
             use RelationKind::{Behind, InFrontOf, LeftOf, RightOf};
             matches!(kind, LeftOf | RightOf | InFrontOf | Behind)
-                && target.is_some_and(|target| plates.contains(&target))
+                && target.is_some_and(|to| plates.contains(&to) && !stated.is_seated(from, kind, to))
         })
     });
     let (low, high) = outline.bounds();
     let size = high - low;
     let settings = settings_along_edges(plates.len(), size, directed);
     let placement = |plate: usize, setting: PlaceSetting| {
-        setting.placement(&geometries[plate].footprint, outline, margin_m)
+        let at = setting.placement(&geometries[plate].footprint, outline, margin_m);
+        // The person sits at the nearest edge, also where that of a round table is oblique.
+        if directed { at } else { Placement { yaw_rad: seat_yaw_rad(at.xy_m, outline), ..at } }
     };
     plates.into_iter().zip(settings).map(|(plate, setting)| (plate, placement(plate, setting))).collect()
 }

@@ -65,8 +65,9 @@ pub(super) fn hard_constraints(
                 _ => continue,
             };
             let distance_m = stated.distance_m(from, kind, to);
+            let in_target_frame = stated.is_seated(from, kind, to);
             let constraint =
-                SpatialConstraint { from, to, position, in_target_frame: false, hard: true, distance_m };
+                SpatialConstraint { from, to, position, in_target_frame, hard: true, distance_m };
             constraints.push(constraint);
         }
     }

@@ -9,6 +9,8 @@ use scene::{ArrangementKind, InstanceId, RelationKind, SceneDescription};
 pub struct StatedDemands {
     pub demands: Vec<Demand>,
     pub arrangements: Vec<StatedArrangement>,
+    /// Relations of an object to another one whose directions are those of the person at the latter.
+    pub seated: Vec<(usize, RelationKind, usize)>,
 }
 
 /// One demand on the placement of an object.
@@ -67,7 +69,7 @@ impl StatedDemands {
     pub fn of(description: &SceneDescription) -> Self {
         let objects = &description.objects;
         let find = |id: &InstanceId| objects.iter().position(|object| &object.id == id);
-        let mut demands = Vec::new();
+        let (mut demands, mut seated) = (Vec::new(), Vec::new());
         for (object, spec) in objects.iter().enumerate() {
             let mut add = |kind| demands.push(Demand { object, kind });
             for relation in &spec.relations {
@@ -75,6 +77,7 @@ impl StatedDemands {
                 if relation.target.is_some() && target.is_none() {
                     continue;
                 }
+                seated.extend(target.filter(|_| relation.seated).map(|to| (object, relation.kind, to)));
                 match (relation.kind, target, relation.distance_m) {
                     (RelationKind::Facing, target, _) => add(DemandKind::Facing { target }),
                     (RelationKind::ParallelTo, target, _) => add(DemandKind::Parallel { target }),
@@ -107,7 +110,7 @@ impl StatedDemands {
                 center: arrangement.center.as_ref().and_then(find),
             })
             .collect();
-        Self { demands, arrangements }
+        Self { demands, arrangements, seated }
     }
 
     /// Whether a demand or an arrangement determines where the object stands.
@@ -124,6 +127,11 @@ impl StatedDemands {
             }
             _ => None,
         })
+    }
+
+    /// Whether the directions of a relation of `from` to `to` are those of the person at `to`.
+    pub fn is_seated(&self, from: usize, kind: RelationKind, to: usize) -> bool {
+        self.seated.contains(&(from, kind, to))
     }
 
     /// A yaw stated as an angle.

@@ -1,5 +1,7 @@
 //! Layouts of sentences: disjoint, inside the outline, and consistent with the stated relations.
 
+mod place_settings;
+
 use super::*;
 use crate::text_parser::{DescribeOptions, TextParserSettings, describe};
 use catalog::{Recipe, TableModel, build, build_table, category, table_models};

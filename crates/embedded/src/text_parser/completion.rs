@@ -7,7 +7,7 @@ use rand::RngExt;
 use super::TextParserSettings;
 use super::account::Claimed;
 use super::counts::is_excluded;
-use super::draft::{Draft, Kind};
+use super::draft::{Draft, DraftRelation, Kind};
 use super::grammar::ParsedText;
 use super::lexicon::Lexicon;
 use super::phrase::Attributes;
@@ -16,6 +16,7 @@ use super::tokens::{Source, match_phrase};
 use catalog::Category;
 use runtime::seed::child_rng;
 use scene::RelationKind;
+use scene::predicates::direction_of;
 
 /// Whether the theme completes the scene: the text is bare of objects, or it asks for more than it names. Claims the
 /// words that say so.
@@ -116,8 +117,14 @@ fn add_item<'c>(
             } else {
                 Some(0)
             };
-            if let Some(target) = target {
-                draft.relate(object, kind, Some(targets[target]));
+            if let Some(target) = target.map(|target| targets[target]) {
+                let at_setting =
+                    item.each && draft.category(target).name == "plate" && direction_of(kind).is_some();
+                let relation = match at_setting {
+                    true => DraftRelation::of_setting(kind, target),
+                    false => DraftRelation::new(kind, Some(target)),
+                };
+                draft.relate_as(object, relation);
             }
         }
         if let Some(place) = item.place {

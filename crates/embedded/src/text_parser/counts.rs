@@ -6,7 +6,7 @@ use rand::RngExt;
 
 use super::DescribeError;
 use super::account::Claimed;
-use super::draft::{Draft, Kind};
+use super::draft::{Draft, DraftRelation, Kind};
 use super::grammar::{LinkKind, Mention, ParsedText};
 use super::lexicon::Meaning;
 use super::phrase::Attributes;
@@ -241,7 +241,8 @@ pub(super) fn is_excluded(draft: &Draft, parsed: &ParsedText, category: usize) -
     })
 }
 
-/// A plate with a fork at its left, a knife at its right and a glass behind it; the plate first.
+/// A plate with a fork at its left, a knife at its right and a glass behind it, as the person at the plate sees them;
+/// the plate first.
 pub(super) fn place_setting(draft: &mut Draft, requested: bool) -> Vec<usize> {
     let mut made = Vec::new();
     let parts = [
@@ -255,7 +256,7 @@ pub(super) fn place_setting(draft: &mut Draft, requested: bool) -> Vec<usize> {
         let category = &draft.lexicon.categories[category];
         let object = draft.add(Kind::of(category), category.label.clone(), Attributes::plain(), requested);
         if let (Some(kind), Some(&plate)) = (kind, made.first()) {
-            draft.relate(object, kind, Some(plate));
+            draft.relate_as(object, DraftRelation::of_setting(kind, plate));
         }
         made.push(object);
     }

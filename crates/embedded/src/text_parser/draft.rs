@@ -19,11 +19,18 @@ pub(super) struct DraftRelation {
     pub to: Option<usize>,
     pub second: Option<usize>,
     pub distance_m: Option<f64>,
+    /// As [`Relation::seated`].
+    pub seated: bool,
 }
 
 impl DraftRelation {
     pub fn new(kind: RelationKind, to: Option<usize>) -> Self {
-        Self { kind, to, second: None, distance_m: None }
+        Self { kind, to, second: None, distance_m: None, seated: false }
+    }
+
+    /// A relation to the plate of a person.
+    pub fn of_setting(kind: RelationKind, plate: usize) -> Self {
+        Self { seated: true, ..Self::new(kind, Some(plate)) }
     }
 }
 
@@ -227,6 +234,7 @@ impl<'a, 'c> Draft<'a, 'c> {
                         target: id(relation.to),
                         second_target: id(relation.second),
                         distance_m: relation.distance_m,
+                        seated: relation.seated,
                     })
                     .collect(),
             })

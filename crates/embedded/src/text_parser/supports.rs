@@ -9,6 +9,7 @@ use RelationKind::{AtBackLeft, AtBackRight, AtFrontLeft, AtFrontRight, In, LeftO
 use catalog::{Affordance, Category};
 use scene::RelationKind;
 use scene::description::RequestedPose;
+use scene::predicates::direction_of;
 
 /// Flat objects that support others even if the text only says "with".
 const CARRIERS: &[&str] = &["plate", "saucer", "tray", "cutting_board", "coaster"];
@@ -60,9 +61,12 @@ pub(super) fn relate(draft: &mut Draft, parsed: &ParsedText) {
                     others.iter().copied().find(|&other| other != target && other != object)
                 });
                 let kind = if kind == RelationKind::Between && second.is_none() { NextTo } else { kind };
+                // "place settings for two: plate, fork left": the side is that of the person.
+                let at_setting = each && parsed.people.is_some() && draft.category(target).name == "plate";
                 let relation = DraftRelation {
                     second,
                     distance_m: link.distance_m,
+                    seated: at_setting && direction_of(kind).is_some(),
                     ..DraftRelation::new(kind, Some(target))
                 };
                 draft.relate_as(object, relation);

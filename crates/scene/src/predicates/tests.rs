@@ -211,3 +211,33 @@ fn pyramid_layers_use_every_object_once() {
         assert!(layers.windows(2).all(|pair| pair[1] < pair[0]), "{layers:?}");
     }
 }
+
+#[test]
+fn sides_of_a_setting_are_those_of_the_person_at_the_plate() {
+    let object = |id: &str, relations: serde_json::Value| {
+        serde_json::json!({
+            "id": id, "label": "a thing", "category": "plate", "size_m": [0.1, 0.1, 0.1], "seed": 1,
+            "requested": true, "relations": relations,
+        })
+    };
+    let table_spec = serde_json::json!({ "shape": "square", "size_m": [1.2, 0.8, 0.7] });
+    for (plate, fork, seated, is_met) in [
+        // At the far edge the person's left is the viewer's right.
+        (cube(0.0, 0.3), cube(0.2, 0.3), true, true),
+        (cube(0.0, 0.3), cube(0.2, 0.3), false, false),
+        (cube(0.0, 0.3), cube(-0.2, 0.3), true, false),
+        // At the right edge it is nearer to the viewer.
+        (cube(0.5, 0.0), cube(0.5, -0.2), true, true),
+        (cube(0.5, 0.0), cube(0.3, 0.0), true, false),
+        (cube(0.0, -0.3), cube(-0.2, -0.3), true, true),
+    ] {
+        let relation = serde_json::json!([{ "kind": "left_of", "target": "plate_1", "seated": seated }]);
+        let description = serde_json::from_value(serde_json::json!({
+            "theme": "dining_table", "family": "dining_kitchen", "table": table_spec, "prose": "",
+            "objects": [object("plate_1", serde_json::json!([])), object("fork_1", relation)],
+        }))
+        .expect("a description");
+        let context = format!("plate at {}, fork at {}", plate.center(), fork.center());
+        assert_eq!(unmet(&description, &[plate, fork], &table()).is_empty(), is_met, "{context}");
+    }
+}

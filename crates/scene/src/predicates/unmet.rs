@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     POSITION_TOLERANCE_M, PosedFootprint, PosedRelation, YAW_TOLERANCE_RAD, arrangement_holds, holds,
+    seat_yaw_rad,
 };
 use crate::InstanceId;
 use crate::description::{ArrangementKind, RelationKind, SceneDescription};
@@ -69,10 +70,16 @@ pub fn unmet(description: &SceneDescription, footprints: &[PosedFootprint], tabl
         for relation in &object.relations {
             let targets: Vec<&InstanceId> = relation.target.iter().chain(&relation.second_target).collect();
             let is_known = targets.iter().all(|id| find(id).is_some());
+            let target = relation.target.as_ref().and_then(find);
+            // As the person at the target sees both.
+            let seat = target.filter(|_| relation.seated).map(|target| {
+                let turn_rad = -seat_yaw_rad(target.center(), table);
+                [footprint.turned(turn_rad), target.turned(turn_rad)]
+            });
             let posed = PosedRelation {
                 kind: relation.kind,
-                object: footprint,
-                target: relation.target.as_ref().and_then(find),
+                object: seat.as_ref().map_or(footprint, |[object, _]| object),
+                target: seat.as_ref().map(|[_, target]| target).or(target),
                 second_target: relation.second_target.as_ref().and_then(find),
                 distance_m: relation.distance_m,
             };

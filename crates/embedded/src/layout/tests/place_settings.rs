@@ -1,0 +1,96 @@
+//! Place settings: the fork is left of the plate, the knife right of it and the spoon right of the knife, as the person
+//! sees them who sits at the edge.
+
+use super::*;
+
+/// Texts, and how many settings they have.
+const SETTINGS: &[(&str, usize)] = &[
+    ("A dining table set for two", 2),
+    ("A place setting", 1),
+    ("a table with two place settings", 2),
+    ("a table with four place settings", 4),
+    ("a round table with three place settings", 3),
+    ("place settings for four: plate, fork left, knife right, spoon right", 4),
+];
+
+/// The layout with everything that the text states, on the first table with room.
+fn laid_out(text: &str, seed: u64) -> SampledLayout {
+    let description = described(text, seed);
+    let meshes = meshes(&description.objects);
+    let model = description.table.model.clone().expect("the analyst names a model");
+    let size_m = description.table.size_m.expect("the analyst gives a size");
+    let objects = objects(&description.objects, &meshes);
+    let stated = StatedDemands::of(&description);
+    let on_grown = |growth: f64| {
+        let size_m = (growth * size_m.truncate()).extend(size_m.z);
+        let outline = build_table(&model, size_m, None, None, 1).expect("a model").outline_m;
+        let problem = LayoutProblem {
+            objects: &objects,
+            stated: &stated,
+            outline: &outline,
+            max_yielding: Yielding::Nothing,
+        };
+        let outcome = lay_out(problem, seed, &settings(), &CancelFlag::default()).ok()?;
+        Some((outline, outcome.poses))
+    };
+    let grown = [1.0, 1.15, 1.35, 1.6].into_iter().find_map(on_grown);
+    let (outline, poses) = grown.unwrap_or_else(|| panic!("{text} ({seed}): no room"));
+    SampledLayout { description, meshes, outline, poses }
+}
+
+impl SampledLayout {
+    /// Where an object is for the person at a plate: to the right, and away from the person, meters.
+    fn as_seen_from(&self, plate: usize, object: usize) -> DVec2 {
+        let at = self.footprint(plate).center();
+        let outward = (0..3600).map(|k| DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 3600.0));
+        // The first way out over the edge.
+        let way_out_m = |way: &DVec2| {
+            (1..4000).map(|k| 0.001 * f64::from(k)).find(|&m| !self.outline.contains(at + m * *way))
+        };
+        let out = outward.min_by(|a, b| way_out_m(a).unwrap_or(9.0).total_cmp(&way_out_m(b).unwrap_or(9.0)));
+        let inward = -out.expect("directions");
+        let offset = self.footprint(object).center() - at;
+        DVec2::new(offset.dot(-inward.perp()), offset.dot(inward))
+    }
+
+    /// Objects of a category with a relation to an object.
+    fn at(&self, target: usize, category: &str) -> Vec<usize> {
+        let objects = &self.description.objects;
+        let id = &objects[target].id;
+        let is_at = |k: &usize| {
+            objects[*k].category == category
+                && objects[*k].relations.iter().any(|relation| relation.target.as_ref() == Some(id))
+        };
+        (0..objects.len()).filter(is_at).collect()
+    }
+}
+
+#[test]
+fn cutlery_is_where_the_person_expects_it_at_every_setting() {
+    let mut far = 0;
+    for &(text, settings) in SETTINGS {
+        for seed in 1..=6 {
+            let layout = laid_out(text, seed);
+            let objects = &layout.description.objects;
+            let plates: Vec<usize> = (0..objects.len()).filter(|&k| objects[k].category == "plate").collect();
+            assert_eq!(plates.len(), settings, "{text} ({seed})");
+            for plate in plates {
+                let side = |category: &str| {
+                    let at = layout.at(plate, category);
+                    assert_eq!(at.len(), 1, "{text} ({seed}): {category} of {}", objects[plate].id);
+                    layout.as_seen_from(plate, at[0])
+                };
+                let (fork, knife) = (side("fork"), side("knife"));
+                let context = format!("{text} ({seed}): {}", objects[plate].id);
+                assert!(fork.x < -0.05 && fork.y.abs() < -fork.x, "{context}: fork at {fork}");
+                assert!(knife.x > 0.05 && knife.y.abs() < knife.x, "{context}: knife at {knife}");
+                if text.contains("spoon") {
+                    let spoon = side("spoon");
+                    assert!(spoon.x > knife.x + 0.01, "{context}: spoon at {spoon}, knife at {knife}");
+                }
+                far += usize::from(layout.footprint(plate).center().y > 0.1);
+            }
+        }
+    }
+    assert!(far > 10, "only {far} settings are at the far edge");
+}
