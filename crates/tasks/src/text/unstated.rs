@@ -103,7 +103,11 @@ pub(super) fn unstated(sentence: &Sentence, predicates: &[GoalPredicate]) -> Res
     if let Some((from, to)) = all().find_map(|at| recipient(sentence, at)) {
         return Err(not_performed(sentence.words_of(from..to)));
     }
-    let unsaid = all().find_map(|at| condition(sentence, at).or_else(|| amount(sentence, at)));
+    // "Two plates 20 cm apart. Move the apple to the other plate": what comes before the instruction is described.
+    let begin = sentence.first_instruction();
+    let unsaid = all().find_map(|at| {
+        condition(sentence, at).or_else(|| amount(sentence, at).filter(|(from, _)| *from >= begin))
+    });
     let unsaid = unsaid.or_else(|| all().find_map(|at| negation(sentence, at)));
     let unsaid = unsaid.or_else(|| all().find_map(|at| direction(sentence, at, predicates)));
     match unsaid {

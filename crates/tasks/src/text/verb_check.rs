@@ -98,6 +98,19 @@ impl<'a> Sentence<'a> {
         between.chars().any(|c| !c.is_whitespace() && !matches!(c, '-' | '"' | '\'' | '“' | '”'))
     }
 
+    /// Where the first sentence with a part of the goal begins; 0 without a goal.
+    pub fn first_instruction(&self) -> usize {
+        let Some(goal) = self.goals.iter().position(|goals| !goals.is_empty()) else { return 0 };
+        let begins = |at: &usize| {
+            let Some(before) = at.checked_sub(1) else { return true };
+            let between = &self.text[self.words[before].bytes.end..self.words[*at].bytes.start];
+            let mut chars = between.chars();
+            // "0.5" is no end.
+            chars.find(|c| matches!(c, '.' | '!' | '?' | ';')).is_some() && chars.any(char::is_whitespace)
+        };
+        (0..=goal).rev().find(begins).unwrap_or(0)
+    }
+
     /// The words of a range as the text has them.
     pub fn words_of(&self, range: Range<usize>) -> &'a str {
         let start = self.words.get(range.start).map_or(self.text.len(), |word| word.bytes.start);
@@ -208,8 +221,6 @@ mod tests {
         "sort_07",
         "request_02",
         "multi_step_12",
-        // The distance of a start state.
-        "mixed_11",
     ];
 
     /// A table of 200 instructions: those whose predicates an execution performs are not refused.
