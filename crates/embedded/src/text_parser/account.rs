@@ -20,8 +20,20 @@ pub(super) struct Claim {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Claimed {
     Object(usize),
-    Property { property: Property, mentions: Vec<usize> },
-    Relation { kind: RelationKind, from: Vec<usize>, to: Vec<usize> },
+    Property {
+        property: Property,
+        mentions: Vec<usize>,
+    },
+    Relation {
+        kind: RelationKind,
+        from: Vec<usize>,
+        to: Vec<usize>,
+    },
+    /// The relations that the objects of a list have to their host ("holding").
+    Linked {
+        from: Vec<usize>,
+        to: Vec<usize>,
+    },
     Arrangement(usize),
     Exclusion(Vec<Meaning>),
     Goal(usize),
@@ -63,6 +75,9 @@ impl Account {
     }
 
     pub fn claim(&mut self, tokens: Range<usize>, meaning: Claimed) {
+        if tokens.is_empty() {
+            return;
+        }
         self.used(tokens.clone());
         self.claims.push(Claim { tokens, meaning });
     }
@@ -115,6 +130,7 @@ impl Account {
             previous = Some((token + 1, reason));
         }
         self.reports.sort_by_key(|report| report.tokens.start);
+        self.separate(source, lexicon);
         self.claims.sort_by_key(|claim| claim.tokens.start);
         self.spread(source, vocabulary);
     }
@@ -133,17 +149,64 @@ impl Account {
         }
     }
 
-    /// Gives words of a construction ("without" of an exclusion, "into" of a goal) the meaning of the claim after
-    /// them, or before them, in their sentence. A property is stated by its own words only.
+    /// Gives every word to one kind of meaning: where claims overlap, the longer one keeps what the others leave.
+    fn separate(&mut self, source: &Source, lexicon: &Lexicon) {
+        let mut claims = std::mem::take(&mut self.claims);
+        claims.sort_by_key(|claim| (claim.tokens.len(), claim.tokens.start));
+        let mut owners: Vec<Option<(Range<usize>, bool)>> = vec![None; source.tokens.len()];
+        for claim in claims {
+            if matches!(claim.meaning, Claimed::Correction(_)) {
+                self.claims.push(claim);
+                continue;
+            }
+            let is_property = matches!(claim.meaning, Claimed::Property { .. });
+            let own = (claim.tokens.clone(), is_property);
+            let is_free = |token: &usize| owners.get(*token).is_some_and(Option::is_none);
+            let shares = claim.tokens.clone().all(|token| {
+                owners.get(token).is_some_and(|owner| owner.as_ref().is_none_or(|owner| *owner == own))
+            });
+            let left = if shares { claim.tokens.clone() } else { longest_run(claim.tokens.clone(), is_free) };
+            let reads = match &claim.meaning {
+                Claimed::Property { property, .. } => property.reads(lexicon, &source.tokens, &left),
+                _ => true,
+            };
+            let says_more = matches!(
+                claim.meaning,
+                Claimed::Relation { .. }
+                    | Claimed::Linked { .. }
+                    | Claimed::Arrangement(_)
+                    | Claimed::Goal(_)
+            );
+            let tokens = if !left.is_empty() && reads {
+                left
+            } else if says_more {
+                // The objects of a row may be all that names it.
+                claim.tokens.clone()
+            } else {
+                continue;
+            };
+            for token in tokens.clone() {
+                if let Some(owner) = owners.get_mut(token) {
+                    owner.get_or_insert((tokens.clone(), is_property));
+                }
+            }
+            self.claims.push(Claim { tokens, meaning: claim.meaning });
+        }
+    }
+
+    /// Gives words of a construction ("without" of an exclusion, "into" of a goal) the meaning of a claim in their
+    /// sentence: of a word of the grammar a claim before or after it that is no name of an object, of other words the
+    /// claim after or before them. A property is stated by its own words only.
     fn spread(&mut self, source: &Source, vocabulary: &Vocabulary) {
-        let mut meaning: Vec<Option<usize>> = vec![None; source.tokens.len()];
+        let (mut named, mut said) = (vec![None; source.tokens.len()], vec![None; source.tokens.len()]);
         let mut is_covered = vec![false; source.tokens.len()];
         for (index, claim) in self.claims.iter().enumerate() {
-            let is_own = matches!(claim.meaning, Claimed::Correction(_) | Claimed::Property { .. });
-            for token in claim.tokens.clone() {
-                if let (Some(slot), Some(covered)) = (meaning.get_mut(token), is_covered.get_mut(token)) {
-                    *slot = if is_own { *slot } else { Some(index) };
-                    *covered = true;
+            for token in claim.tokens.clone().filter(|&token| token < source.tokens.len()) {
+                is_covered[token] = true;
+                match claim.meaning {
+                    Claimed::Correction(_) | Claimed::Property { .. } => {}
+                    Claimed::Object(_) => named[token] = Some(index),
+                    _ => said[token] = Some(index),
                 }
             }
         }
@@ -160,16 +223,25 @@ impl Account {
                     _ => false,
                 }
         };
-        let nearest = |tokens: &mut dyn Iterator<Item = usize>| {
-            tokens.take_while(|&token| source.tokens[token] != Token::End).find_map(|token| meaning[token])
+        let is_grammar = |token: usize| {
+            source.tokens[token].word().is_some_and(|word| {
+                super::verbs::verbs().is_form(word) || vocabulary.grammar.boundaries.contains(word)
+            })
         };
-        for token in 0..source.tokens.len() {
-            if !needs(token) {
-                continue;
-            }
-            let (mut after, mut before) = (token..source.tokens.len(), (0..token).rev());
+        for token in (0..source.tokens.len()).filter(|&token| needs(token)) {
+            let in_sentence = |token: &usize| source.tokens[*token] != Token::End;
+            let before = || (0..token).rev().take_while(in_sentence);
+            let after = || (token..source.tokens.len()).take_while(in_sentence);
+            let any = |token: usize| named[token].or(said[token]);
+            let of_grammar =
+                || before().find_map(|token| said[token]).or_else(|| after().find_map(|token| said[token]));
+            let found = is_grammar(token)
+                .then(of_grammar)
+                .flatten()
+                .or_else(|| after().find_map(any))
+                .or_else(|| before().find_map(any));
             let tokens = token..token + 1;
-            match nearest(&mut after).or_else(|| nearest(&mut before)) {
+            match found {
                 Some(index) => {
                     let meaning = self.claims[index].meaning.clone();
                     self.claims.push(Claim { tokens, meaning });
@@ -179,6 +251,20 @@ impl Account {
         }
         self.reports.sort_by_key(|report| report.tokens.start);
     }
+}
+
+/// The longest run of tokens with a condition, the first of equally long ones.
+fn longest_run(tokens: Range<usize>, holds: impl Fn(&usize) -> bool) -> Range<usize> {
+    let mut longest = tokens.start..tokens.start;
+    let mut at = tokens.start;
+    while at < tokens.end {
+        let length = (at..tokens.end).take_while(&holds).count();
+        if length > longest.len() {
+            longest = at..at + length;
+        }
+        at += length + 1;
+    }
+    longest
 }
 
 /// The reason to report a word that no rule has used; `None` if it is ignorable.

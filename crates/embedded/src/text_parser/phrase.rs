@@ -191,9 +191,21 @@ pub(super) fn noun_phrase(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Opt
         chunk.phrase.plural = true;
     }
     if chunk.phrase.head_tokens.is_empty() {
-        chunk.phrase.head_tokens = at..end;
+        chunk.phrase.head_tokens = headless(&chunk.phrase, at..end);
     }
     Some((chunk.phrase, end))
+}
+
+/// What names the objects of a phrase without a head: its last word that says nothing else ("one" of "the blue one").
+fn headless(phrase: &NounPhrase, tokens: Range<usize>) -> Range<usize> {
+    if phrase.properties.is_empty() && phrase.counts.is_empty() && phrase.states.is_empty() {
+        return tokens;
+    }
+    let spans = phrase.properties.iter().map(|(_, span)| span);
+    let says: Vec<&Range<usize>> =
+        spans.chain(&phrase.counts).chain(phrase.states.iter().map(|(_, span)| span)).collect();
+    let name = tokens.clone().rev().find(|token| says.iter().all(|span| !span.contains(token)));
+    name.map_or(tokens.end..tokens.end, |token| token..token + 1)
 }
 
 /// Maximum number of tokens before the head.
@@ -441,7 +453,7 @@ impl<'a> Chunk<'a, '_> {
             self.at += 1;
         }
         // "... and 1 green" at the end of the text.
-        (!self.phrase.counts.is_empty() && self.is_elliptic()).then_some(())
+        self.is_elliptic().then_some(())
     }
 
     /// Whether the phrase may end without a head: "a black, a white and a red bowl", "the other.".

@@ -11,6 +11,8 @@ use super::phrase::color_of;
 use super::phrases::phrases;
 use super::quantity::quantity;
 use super::tokens::{Token, word};
+use super::vocabulary::Vocabulary;
+use geometry::Rgb;
 
 /// A kind of property of objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,6 +101,28 @@ impl Property {
             }
         }
     }
+}
+
+/// The colors that the tokens name.
+pub(super) fn colors(vocabulary: &Vocabulary, tokens: &[Token], range: &Range<usize>) -> Vec<Rgb> {
+    let tokens = &tokens[..range.end.min(tokens.len())];
+    let mut named = Vec::new();
+    let mut at = range.start;
+    while at < tokens.len() {
+        let is_color = |words: &str| color_of(vocabulary, words).is_some();
+        let shade = word(tokens, at).and_then(|word| vocabulary.shades.get(word)).copied();
+        let after = at + usize::from(shade.is_some());
+        let length = longest(tokens, after, &is_color);
+        let words: Vec<&str> = (after..after + length).filter_map(|at| word(tokens, at)).collect();
+        if let Some(color) = color_of(vocabulary, &words.join(" ")) {
+            let amount = shade.unwrap_or(0.0);
+            let toward = if amount >= 0.0 { Rgb([1.0; 3]) } else { Rgb([0.0; 3]) };
+            named.push(shade.map_or(color, |_| color.mix(toward, amount.abs())));
+            at = after;
+        }
+        at += length.max(1);
+    }
+    named
 }
 
 /// The lowest and the highest number that the tokens of a count state.

@@ -1,5 +1,6 @@
 //! Sentences with the expected parses.
 
+mod accounts;
 mod attachment;
 mod data_set_tasks;
 mod descriptions;

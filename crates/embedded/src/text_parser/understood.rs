@@ -3,12 +3,12 @@
 
 use std::ops::Range;
 
-use super::account::{Account, Claimed};
+use super::account::{Account, Claim, Claimed};
 use super::arranged;
 use super::draft::Draft;
 use super::grammar::ParsedText;
 use super::lexicon::{Lexicon, Meaning};
-use super::property::Property;
+use super::property::{Property, colors};
 use super::tokens::{Source, Token};
 use scene::InstanceId;
 use scene::text_account::{TextMeaning, TextSpan, Understood, Unrecognized, UnrecognizedReason};
@@ -33,50 +33,81 @@ pub(super) fn understood(
     let of = |mentions: &[usize]| -> Vec<InstanceId> {
         mentions.iter().flat_map(|&m| draft.of_mention[m].iter().map(|&o| ids[o].clone())).collect()
     };
+    let meaning_of = |claim: &Claim| -> Option<TextMeaning> {
+        let words = |claim: &Claim| {
+            if is_corrected(parsed, &claim.tokens) {
+                return words_of(source, &claim.tokens);
+            }
+            span_of(source, claim.tokens.clone()).text.to_lowercase()
+        };
+        Some(match &claim.meaning {
+            Claimed::Object(mention) => {
+                let objects = of(&[*mention]);
+                let first = draft.of_mention[*mention].first()?;
+                TextMeaning::Object { category: draft.category(*first).name.clone(), objects }
+            }
+            Claimed::Property { property: Property::Color, mentions } => {
+                let named = colors(draft.lexicon.vocabulary, &source.tokens, &claim.tokens);
+                let has =
+                    |object: &usize| draft.objects[*object].color.is_some_and(|color| named.contains(&color));
+                let objects = mentions.iter().flat_map(|&m| draft.of_mention[m].iter().copied().filter(has));
+                TextMeaning::Property {
+                    property: Property::Color.name().to_owned(),
+                    value: words(claim),
+                    objects: objects.map(|object| ids[object].clone()).collect(),
+                }
+            }
+            Claimed::Property { property, mentions } => TextMeaning::Property {
+                property: property.name().to_owned(),
+                value: words(claim),
+                objects: of(mentions),
+            },
+            Claimed::Relation { kind, from, to } => {
+                TextMeaning::Relation { relation: *kind, objects: of(from), targets: of(to) }
+            }
+            Claimed::Arrangement(index) => {
+                let objects = of(&parsed.arrangements.get(*index)?.mentions);
+                match arranged::index_of(draft, parsed, *index) {
+                    Some(index) => TextMeaning::Arrangement { index, objects },
+                    // A single object.
+                    None => TextMeaning::Property {
+                        property: Property::Arrangement.name().to_owned(),
+                        value: words(claim),
+                        objects,
+                    },
+                }
+            }
+            Claimed::Exclusion(meanings) => {
+                TextMeaning::Exclusion { categories: categories_of(draft.lexicon, meanings) }
+            }
+            Claimed::Goal(index) => {
+                TextMeaning::Goal { index: predicate_of_goal.get(*index).copied().flatten()? }
+            }
+            Claimed::Table => TextMeaning::Table,
+            Claimed::Theme => TextMeaning::Theme { theme: theme.to_owned() },
+            Claimed::Completion(complete) => TextMeaning::Completion { complete: *complete },
+            Claimed::Correction(corrected) => TextMeaning::Correction { corrected: corrected.clone() },
+            Claimed::Linked { .. } => return None,
+        })
+    };
     let mut understood: Vec<Understood> = parsed
         .account
         .claims
         .iter()
-        .filter_map(|claim| {
-            let span = span_of(source, claim.tokens.clone());
-            let meaning = match &claim.meaning {
-                Claimed::Object(mention) => {
-                    let objects = of(&[*mention]);
-                    let first = draft.of_mention[*mention].first()?;
-                    TextMeaning::Object { category: draft.category(*first).name.clone(), objects }
-                }
-                Claimed::Property { property, mentions } => TextMeaning::Property {
-                    property: property.name().to_owned(),
-                    value: span.text.to_lowercase(),
-                    objects: of(mentions),
-                },
-                Claimed::Relation { kind, from, to } => {
-                    TextMeaning::Relation { relation: *kind, objects: of(from), targets: of(to) }
-                }
-                Claimed::Arrangement(index) => {
-                    let objects = of(&parsed.arrangements.get(*index)?.mentions);
-                    match arranged::index_of(draft, parsed, *index) {
-                        Some(index) => TextMeaning::Arrangement { index, objects },
-                        // A single object.
-                        None => TextMeaning::Property {
-                            property: Property::Arrangement.name().to_owned(),
-                            value: span.text.to_lowercase(),
-                            objects,
-                        },
+        .flat_map(|claim| {
+            let meanings = match &claim.meaning {
+                Claimed::Linked { from, to } => match linked(draft, from, to) {
+                    // A list without a relation names its objects.
+                    none if none.is_empty() => {
+                        let named = |&m: &usize| Claim { meaning: Claimed::Object(m), ..claim.clone() };
+                        from.iter().map(named).find_map(|claim| meaning_of(&claim)).into_iter().collect()
                     }
-                }
-                Claimed::Exclusion(meanings) => {
-                    TextMeaning::Exclusion { categories: categories_of(draft.lexicon, meanings) }
-                }
-                Claimed::Goal(index) => {
-                    TextMeaning::Goal { index: predicate_of_goal.get(*index).copied().flatten()? }
-                }
-                Claimed::Table => TextMeaning::Table,
-                Claimed::Theme => TextMeaning::Theme { theme: theme.to_owned() },
-                Claimed::Completion(complete) => TextMeaning::Completion { complete: *complete },
-                Claimed::Correction(corrected) => TextMeaning::Correction { corrected: corrected.clone() },
+                    relations => relations,
+                },
+                _ => meaning_of(claim).into_iter().collect(),
             };
-            Some(Understood { span, meaning })
+            let span = span_of(source, claim.tokens.clone());
+            meanings.into_iter().map(move |meaning| Understood { span: span.clone(), meaning })
         })
         .collect();
     understood.sort_by_key(|part| (part.span.start, part.span.end));
@@ -119,6 +150,56 @@ fn merged(parts: Vec<Understood>) -> Vec<Understood> {
         }
     }
     merged
+}
+
+/// The relations that objects of mentions have to those of others.
+fn linked(draft: &Draft, from: &[usize], to: &[usize]) -> Vec<TextMeaning> {
+    let ids = draft.ids();
+    let objects = |mentions: &[usize]| -> Vec<usize> {
+        mentions.iter().flat_map(|&m| draft.of_mention[m].iter().copied()).collect()
+    };
+    let (from, to) = (objects(from), objects(to));
+    let mut meanings: Vec<TextMeaning> = Vec::new();
+    for (subjects, targets) in [(&from, &to), (&to, &from)] {
+        for &subject in subjects {
+            let relations = draft.objects[subject].relations.iter();
+            let related = relations.filter_map(|relation| Some((relation.kind, relation.to?)));
+            for (kind, target) in related.filter(|(_, target)| targets.contains(target)) {
+                let (object, target) = (ids[subject].clone(), ids[target].clone());
+                let known = meanings.iter_mut().find_map(|meaning| match meaning {
+                    TextMeaning::Relation { relation, objects, targets } if *relation == kind => {
+                        Some((objects, targets))
+                    }
+                    _ => None,
+                });
+                match known {
+                    Some((objects, targets)) => {
+                        join(objects, &[object]);
+                        join(targets, &[target]);
+                    }
+                    None => meanings.push(TextMeaning::Relation {
+                        relation: kind,
+                        objects: vec![object],
+                        targets: vec![target],
+                    }),
+                }
+            }
+        }
+    }
+    meanings
+}
+
+/// Whether a word of the tokens is a corrected one.
+fn is_corrected(parsed: &ParsedText, tokens: &Range<usize>) -> bool {
+    parsed
+        .account
+        .claims
+        .iter()
+        .any(|claim| matches!(claim.meaning, Claimed::Correction(_)) && tokens.contains(&claim.tokens.start))
+}
+
+fn words_of(source: &Source, tokens: &Range<usize>) -> String {
+    source.tokens[tokens.clone()].iter().filter_map(Token::word).collect::<Vec<_>>().join(" ")
 }
 
 fn join(known: &mut Vec<InstanceId>, more: &[InstanceId]) -> bool {

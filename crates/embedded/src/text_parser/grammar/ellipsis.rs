@@ -40,6 +40,7 @@ impl Parser<'_, '_> {
         let headed = self.headed_ahead(phrase)?;
         let mut copy = phrase.clone();
         copy.head = headed.head;
+        copy.head_tokens = headed.head_tokens.clone();
         copy.plural = phrase.count.map_or(headed.plural, |count| count[1] > 1);
         let noun = self.source.tokens[headed.head_tokens]
             .iter()

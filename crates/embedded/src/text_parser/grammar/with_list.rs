@@ -198,7 +198,15 @@ impl Parser<'_, '_> {
         if !items.is_empty() && is_empty && kind == LinkKind::Relation(RelationKind::In) {
             self.report(with, UnrecognizedReason::Contradiction);
         } else if !items.is_empty() {
-            self.parsed.account.used(with);
+            let ignorable = &self.lexicon.vocabulary.grammar.ignorable;
+            let is_silent =
+                with.clone().all(|at| self.word_at(at).is_some_and(|word| ignorable.contains(word)));
+            if is_silent {
+                self.parsed.account.used(with);
+            } else {
+                let from = items.iter().map(|(item, _)| *item).collect();
+                self.parsed.account.claim(with, Claimed::Linked { from, to: hosts.clone() });
+            }
         }
         // "a tea set with a teapot and four cups": the set is its parts.
         if items.len() > 1 && kind == LinkKind::With && self.parsed.mentions[host].words.ends_with(" set") {
