@@ -200,6 +200,7 @@ impl Inputs {
             image: reference.image.clone(),
             recognition: recognition.clone(),
             masks: masks.masks.clone(),
+            unread: masks.unread.clone(),
             bodies,
             supports: resolved.supports.clone(),
             table: layout.table.clone(),

@@ -18,6 +18,7 @@ use export::ExportError;
 use geometry::decompose::HullFit;
 use geometry::repair::Repair;
 use geometry::{ConvexHull, Outline};
+use imaging::Mask;
 use scene::certificate::ResolveFinding;
 use scene::edit::EditAccount;
 use scene::text_account::TextAccount;
@@ -36,6 +37,9 @@ pub struct Composition {
     pub image: ArtifactRef,
     pub recognition: Arc<Recognition>,
     pub masks: Vec<InstanceMask>,
+    /// Pixels of the image that show something on the table which is none of the objects, where it was searched for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unread: Option<Mask>,
     /// The table first.
     pub bodies: Vec<BodyParts>,
     /// Of the bodies after the table.

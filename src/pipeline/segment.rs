@@ -15,7 +15,7 @@ use render::annotate::{distinct_color, draw_mask_outline, draw_text, tint_mask};
 use scene::{InstanceId, InstanceMask, MaskEdges, Recognition};
 use vision::mask_repair;
 
-pub const STAGE: Stage = Stage { name: "segment", version: 5 };
+pub const STAGE: Stage = Stage { name: "segment", version: 6 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -31,6 +31,8 @@ pub struct Output {
     pub masks: Vec<InstanceMask>,
     /// Pixels of the table; `None` where the segmenter did not search for it.
     pub table: Option<Mask>,
+    /// Pixels of what stands on the table and is none of the objects; `None` where the segmenter did not search for it.
+    pub unread: Option<Mask>,
 }
 
 impl Inputs {
@@ -78,8 +80,8 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         }
     };
     let table = ports.segmenter.table(&call, seen.clone()).await?;
-    let output = Output { masks, table };
-    check_table(&output, &seen.image)?;
+    let output = Output { masks, table, unread: found.unread };
+    check_sizes(&output, &seen.image)?;
     context.put_json("masks.json", &output.masks).await?;
     let shown = output.clone();
     let drawn = context.cpu(move || drawn_on(&seen.image, &shown.masks)).await?;
@@ -112,14 +114,16 @@ fn check_masks(masks: &[InstanceMask], recognition: &Recognition, image: &Image)
     }
 }
 
-fn check_table(output: &Output, image: &Image) -> Result<(), StageError> {
+fn check_sizes(output: &Output, image: &Image) -> Result<(), StageError> {
     let size = (image.width_px(), image.height_px());
-    match &output.table {
-        Some(table) if (table.width_px(), table.height_px()) != size => Err(StageError::permanent(
+    let of_whole = [("the table's mask", &output.table), ("the mask of what was not read", &output.unread)];
+    let fits = |mask: &Mask| (mask.width_px(), mask.height_px()) == size;
+    match of_whole.into_iter().find(|(_, mask)| !mask.as_ref().is_none_or(fits)) {
+        Some((what, _)) => Err(StageError::permanent(
             "masks_inconsistent",
-            "segmenting the image: the table's mask belongs to an image of another size",
+            format!("segmenting the image: {what} belongs to an image of another size"),
         )),
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 
@@ -150,10 +154,14 @@ mod tests {
             visible: Mask::from_fn(9, 2, |x, _| (from..to).contains(&x)),
         };
         // The second lies over the first and the third.
-        let output = Output { masks: vec![mask("a", 0, 3), mask("b", 2, 6), mask("c", 5, 7)], table: None };
+        let output = Output {
+            masks: vec![mask("a", 0, 3), mask("b", 2, 6), mask("c", 5, 7)],
+            table: None,
+            unread: None,
+        };
         let columns = |mask: &Mask| (0..9).filter(|&x| mask.contains(x, 1)).collect::<Vec<u32>>();
         let others: Vec<Vec<u32>> = output.others().iter().map(columns).collect();
         assert_eq!(others, [vec![2, 3, 4, 5, 6], vec![0, 1, 2, 5, 6], vec![0, 1, 2, 3, 4, 5]]);
-        assert!(Output { masks: Vec::new(), table: None }.others().is_empty());
+        assert!(Output { masks: Vec::new(), table: None, unread: None }.others().is_empty());
     }
 }

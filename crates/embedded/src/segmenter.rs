@@ -30,12 +30,11 @@ impl Segmenter for EmbeddedSegmenter {
         recognition: Arc<Recognition>,
     ) -> Answer<'a, Segmentation> {
         let reader = self.photograph.clone();
-        Box::pin(call.compute(Port::Segmenter, move |cancel| {
-            match &reference.known {
-                Some(known) => Ok(Segmentation { masks: known.masks.clone(), edges: known.mask_edges }),
-                None => single_view_reconstruction::segment(&reference.image, &recognition, &reader, cancel)
-                    .map(|masks| Segmentation { masks, edges: MaskEdges::Sharp }),
+        Box::pin(call.compute(Port::Segmenter, move |cancel| match &reference.known {
+            Some(known) => {
+                Ok(Segmentation { masks: known.masks.clone(), edges: known.mask_edges, unread: None })
             }
+            None => single_view_reconstruction::segment(&reference.image, &recognition, &reader, cancel),
         }))
     }
 

@@ -37,6 +37,9 @@ pub struct Segmentation {
     /// In the order of `recognition.objects`.
     pub masks: Vec<InstanceMask>,
     pub edges: MaskEdges,
+    /// Pixels of what stands on the table and is none of the recognized objects; `None` where the adapter does
+    /// not search for it.
+    pub unread: Option<Mask>,
 }
 
 /// Boxes on a top view, pixels, y down: x0, y0, x1, y1.

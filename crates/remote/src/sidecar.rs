@@ -95,7 +95,7 @@ impl Segmenter for SidecarSegmenter {
                 })?;
                 let masks = recognition.objects.iter().zip(made_disjoint(masks));
                 let masks = masks.map(|(object, visible)| InstanceMask { id: object.id.clone(), visible });
-                Ok(Segmentation { masks: masks.collect(), edges: MaskEdges::Sharp })
+                Ok(Segmentation { masks: masks.collect(), edges: MaskEdges::Sharp, unread: None })
             })
             .await
         })

@@ -327,7 +327,7 @@ pub struct Fidelity {
     /// exclusive. It does not count as missed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out_px: Vec<[u32; 4]>,
-    /// Pixels with objects in the image and none in the scene.
+    /// Pixels with objects in the image and none in the scene, those of what was not recognized included.
     pub missed: Regions,
     /// Pixels with objects in the scene and none in the image.
     pub invented: Regions,
@@ -348,7 +348,7 @@ pub struct Regions {
 /// A connected region.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Region {
-    /// The object with most of its pixels.
+    /// The object with most of its pixels; the table for what was not recognized.
     pub body: InstanceId,
     /// x0, y0 inclusive; x1, y1 exclusive.
     pub bbox_px: [u32; 4],

@@ -5,7 +5,9 @@
 //!
 //! Computes the intersection over union of the masks, the mean CIELAB distance (CIE 1976) where both show the same
 //! object, and mismatch regions. A region that shows an object only in the image is missed; one that shows an
-//! object only in the scene is invented. Overlaps are counted at the resolution of the masks, colors and regions
+//! object only in the scene is invented. What the image shows on the table but no object has counts as missed too,
+//! else an image of which little was found would be compared with little. Overlaps are counted at the resolution of
+//! the masks, colors and regions
 //! at that of the scene.
 //!
 //! Color distances include the difference in lighting. Cost: a few milliseconds an object.
@@ -28,7 +30,7 @@ pub struct SceneSimilarity {
     pub objects: Vec<ObjectSimilarity>,
     /// Mean CIELAB distance over all pixels where both show the same object; `None` without such pixels.
     pub color_distance: Option<f64>,
-    /// Pixels with an object in the image only.
+    /// Pixels with an object in the image only, those of no object included.
     pub missed: MismatchRegions,
     /// Pixels with an object in the scene only.
     pub invented: MismatchRegions,
@@ -55,21 +57,23 @@ pub struct MismatchRegions {
 /// A connected region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MismatchRegion {
-    /// The object that most of its pixels show.
-    pub object: usize,
+    /// The object that most of its pixels show; `None` where the image shows something that no object is.
+    pub object: Option<usize>,
     /// x0, y0 inclusive; x1, y1 exclusive; pixels of the masks.
     pub box_px: [u32; 4],
     /// Share of all pixels of the image, 0..1.
     pub image_share: f64,
 }
 
-/// Compares image and scene. Also returns an overlay on the image in gray, at the size of the scene: agreement in
+/// Compares image and scene. `unread` has the pixels of the image that show something on the table which is none of the
+/// objects. Also returns an overlay on the image in gray, at the size of the scene: agreement in
 /// green, missed objects in red, invented ones in blue.
 pub fn compare(
     image: &Image,
     scene: &Image,
     in_image: &[&Mask],
     in_scene: &[Mask],
+    unread: Option<&Mask>,
 ) -> (SceneSimilarity, Image) {
     let (width, height) = (scene.width_px() as usize, scene.height_px() as usize);
     let image_pixels = Pixels::new(&resized(image, scene), u32::MAX);
@@ -85,7 +89,13 @@ pub fn compare(
         };
         (0..height).flat_map(|y| (0..width).map(move |x| (y, x))).map(owner).collect()
     };
-    let image_of = owners(&|object, x, y| in_image[object].contains(x, y), in_image.len());
+    // The one behind the last object is what no object is.
+    let unowned = in_image.len();
+    let shows = |object: usize, x: u32, y: u32| match in_image.get(object) {
+        Some(mask) => mask.contains(x, y),
+        None => unread.is_some_and(|unread| unread.contains(x, y)),
+    };
+    let image_of = owners(&shows, unowned + 1);
     let scene_of = owners(&|object, x, y| in_scene[object].contains(x, y), in_scene.len());
 
     let mut sums = vec![(0.0_f64, 0_usize); in_image.len()];
@@ -102,8 +112,8 @@ pub fn compare(
             .map(|((a, b), sum)| ObjectSimilarity { overlap: a.iou(b), color_distance: mean(*sum) })
             .collect(),
         color_distance: mean(sums.iter().fold((0.0, 0), |all, one| (all.0 + one.0, all.1 + one.1))),
-        missed: mismatch_regions(&image_of, &scene_of, [width, height], full),
-        invented: mismatch_regions(&scene_of, &image_of, [width, height], full),
+        missed: mismatch_regions(&image_of, &scene_of, unowned, [width, height], full),
+        invented: mismatch_regions(&scene_of, &image_of, unowned, [width, height], full),
     };
     let drawn = agreement_overlay(&image_pixels.copy, &image_of, &scene_of);
     (similarity, drawn)
@@ -125,10 +135,11 @@ fn resized(image: &Image, scene: &Image) -> Image {
     same
 }
 
-/// Regions with an object in `here` and none in `there`.
+/// Regions with an object in `here` and none in `there`; the object `unowned` is none of them.
 fn mismatch_regions(
     here: &[Option<usize>],
     there: &[Option<usize>],
+    unowned: usize,
     [width, height]: [usize; 2],
     full: [u32; 2],
 ) -> MismatchRegions {
@@ -156,7 +167,7 @@ fn mismatch_regions(
             (k as f64 * f64::from(full[axis]) / of).round() as u32
         };
         MismatchRegion {
-            object: highest.map_or(0, |(object, _)| object),
+            object: highest.map(|(object, _)| object).filter(|object| *object != unowned),
             box_px: [scaled(low[0], 0), scaled(low[1], 1), scaled(high[0], 0), scaled(high[1], 1)],
             image_share: part.len() as f64 / bits.len() as f64,
         }
@@ -210,14 +221,14 @@ mod tests {
     fn displaced_object_yields_missed_and_invented_region() {
         let (image, scene) = (rendered(40, [119; 3]), rendered(20, [119; 3]));
         let (similarity, drawn) =
-            compare(&image, &scene, &[&mask(4, 12), &mask(24, 32)], &[mask(4, 12), mask(28, 36)]);
+            compare(&image, &scene, &[&mask(4, 12), &mask(24, 32)], &[mask(4, 12), mask(28, 36)], None);
         let overlaps: Vec<f64> = similarity.objects.iter().map(|object| object.overlap).collect();
         assert!(overlaps[0] > 0.999 && (overlaps[1] - 1.0 / 3.0).abs() < 1e-9, "{overlaps:?}");
         let [missed] = similarity.missed.largest[..] else { panic!("{:?}", similarity.missed) };
-        assert_eq!((missed.object, missed.box_px), (1, [24, 4, 28, 16]));
+        assert_eq!((missed.object, missed.box_px), (Some(1), [24, 4, 28, 16]));
         assert!((similarity.missed.share - 0.25).abs() < 1e-9);
         let [invented] = similarity.invented.largest[..] else { panic!("{:?}", similarity.invented) };
-        assert_eq!((invented.object, invented.box_px), (1, [32, 4, 36, 16]));
+        assert_eq!((invented.object, invented.box_px), (Some(1), [32, 4, 36, 16]));
         assert!((invented.image_share - 48.0 / 800.0).abs() < 1e-9);
         // Agreed, missed, invented, neither.
         let [green, red, blue, gray] = [4, 12, 17, 0].map(|x| drawn.pixel(x, 5));
@@ -225,10 +236,27 @@ mod tests {
     }
 
     #[test]
+    fn what_was_not_read_counts_as_missed_unless_the_scene_shows_an_object_there() {
+        let (image, scene) = (rendered(40, [119; 3]), rendered(20, [119; 3]));
+        let compared =
+            |unread: &Mask| compare(&image, &scene, &[&mask(4, 12)], &[mask(4, 16)], Some(unread)).0;
+        let beside = compared(&mask(20, 28));
+        assert!((beside.missed.share - 0.5).abs() < 1e-9, "{:?}", beside.missed);
+        assert_eq!(
+            (beside.missed.largest[0].object, beside.missed.largest[0].box_px),
+            (None, [20, 4, 28, 16])
+        );
+        assert!((beside.invented.share - 1.0 / 3.0).abs() < 1e-9, "{:?}", beside.invented);
+        let covered = compared(&mask(12, 16));
+        assert_eq!((covered.missed.share, covered.invented.share), (0.0, 0.0));
+        assert!((covered.objects[0].overlap - 2.0 / 3.0).abs() < 1e-9, "it is none of the object");
+    }
+
+    #[test]
     fn color_distance_covers_common_pixels_only() {
         let (gray, white) = (rendered(40, [119; 3]), rendered(20, [255; 3]));
         let (similarity, _) =
-            compare(&gray, &white, &[&mask(4, 12), &mask(24, 32)], &[mask(4, 12), mask(0, 4)]);
+            compare(&gray, &white, &[&mask(4, 12), &mask(24, 32)], &[mask(4, 12), mask(0, 4)], None);
         // CIELAB lightness 50 against 100.
         let color = similarity.objects[0].color_distance.expect("both show it");
         assert!((color - 50.0).abs() < 0.5, "{color}");

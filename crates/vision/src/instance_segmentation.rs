@@ -6,10 +6,12 @@
 //! camera.
 //!
 //! The top becomes a rectangle, a circle or its outline as is, and corrects the camera. Cells with a common center
-//! vote and no border between them form an object. Its mask is regrown to the edges in the image. Each object
-//! becomes the best-fitting primitive near the predicted footprint and height.
+//! vote and no border between them form an object. What does not stand on the table is left out ([`bare_top`]). The
+//! mask of an object is regrown to the edges in the image. Each object becomes the best-fitting primitive near the
+//! predicted footprint and height.
 
 mod region_score;
+mod bare_top;
 mod camera_fit;
 mod candidates;
 mod ellipse;
@@ -20,6 +22,7 @@ mod settings;
 mod joint_estimate;
 mod table_top;
 mod table_region;
+mod unread;
 
 pub use candidates::{CandidateRegion, CandidateRegions, candidate_regions};
 pub use region_score::RegionFeatures;
@@ -27,6 +30,7 @@ pub use settings::NetworkReadingSettings;
 
 use glam::DVec2;
 
+use self::bare_top::BareTop;
 use self::instances::DetectedObject;
 use self::joint_estimate::{JointEstimate, Solid};
 use self::table_top::{TableTop, TopObservation};
@@ -64,10 +68,18 @@ pub fn read_with_network(
     let [whole, maps] = predict_both(image, network, settings, cancel)?;
     let pixels = Pixels::new(image, settings.work_px);
     cancel.check()?;
-    let top_observation = TopObservation::new(&maps, &pixels, settings)?;
+    let bare_top = BareTop::of(&maps);
+    let found = instances::find(&maps, [width_px, height_px], settings, cancel)
+        .map(|found| Carried::new(found, bare_top.as_ref(), &maps, &pixels, settings));
+    let own = found.as_ref().map_or(&[][..], |found| &found.masks[..]);
+    let beyond = beyond_top(bare_top.as_ref(), own, &maps, &pixels);
+    // Of an image without a top, the missing top is the error.
+    let top_observation = TopObservation::new(&maps, &pixels, &beyond, settings)?;
     cancel.check()?;
-    let detected = instances::find(&maps, [width_px, height_px], settings, cancel)?;
-    let masks = masks(&detected, &maps, &pixels, settings);
+    let Carried { objects: detected, masks, left_out } = found?;
+    if detected.is_empty() {
+        return Err(VisionError::NoObjects);
+    }
     let edges = InnerEdges::new(&pixels);
     let in_front = occluder_masks(&masks);
     let silhouettes: Vec<Vec<usize>> = masks
@@ -84,6 +96,14 @@ pub fn read_with_network(
         cancel,
     };
     let (top, solids) = joint.solve(&top_observation, whole.camera())?;
+    let without_solid = masks.iter().zip(&solids).filter(|(_, solid)| solid.is_none()).map(|(mask, _)| mask);
+    let unread = match &bare_top {
+        Some(bare_top) => {
+            let known = masks.iter().chain(&left_out);
+            unread::pixels(bare_top, known, without_solid, &maps, &pixels, settings)
+        }
+        None => vec![false; pixels.len()],
+    };
     let read = masks.iter().zip(&detected).zip(solids).filter_map(|((mask, detection), solid)| {
         let Solid { fit, support } = solid?;
         let object = ObjectReading {
@@ -100,7 +120,62 @@ pub fn read_with_network(
     }
     let camera = whole_image(&top.found.camera, width_px, height_px, pixels.scale);
     assign_supports(&mut objects, &camera, Some(&stands));
-    Ok(ImageReading { camera, table: table(&top, &whole, &pixels), objects })
+    let whole_mask = |bits: &[bool]| pixels.upscale_mask(bits, width_px, height_px);
+    let left_out = left_out.iter().map(|mask| whole_mask(mask.bits())).collect();
+    let table = table(&top, &whole, &pixels);
+    Ok(ImageReading { camera, table, objects, left_out, unread: whole_mask(&unread) })
+}
+
+/// The objects on the table with their masks in the working copy, and the masks of all others.
+struct Carried {
+    objects: Vec<DetectedObject>,
+    masks: Vec<Mask>,
+    left_out: Vec<Mask>,
+}
+
+impl Carried {
+    fn new(
+        found: Vec<DetectedObject>,
+        bare_top: Option<&BareTop>,
+        maps: &Maps,
+        pixels: &Pixels,
+        settings: &NetworkReadingSettings,
+    ) -> Self {
+        // All of them, as masks grow until they meet.
+        let masks = masks(&found, maps, pixels, settings);
+        let carried = bare_top.map_or(vec![true; found.len()], |top| top.carries(&found, maps));
+        let mut all = Self { objects: Vec::new(), masks: Vec::new(), left_out: Vec::new() };
+        for ((object, mask), is_carried) in found.into_iter().zip(masks).zip(carried) {
+            if is_carried {
+                all.objects.push(object);
+                all.masks.push(mask);
+            } else {
+                all.left_out.push(mask);
+            }
+        }
+        all
+    }
+}
+
+/// Pixels of the copy that show an object beyond the bare top, and none of those on the table (`own`).
+fn beyond_top(bare_top: Option<&BareTop>, own: &[Mask], maps: &Maps, pixels: &Pixels) -> Vec<bool> {
+    let Some(bare_top) = bare_top else { return vec![false; pixels.len()] };
+    let cells = bare_top.objects_beyond(maps);
+    let is_beyond = |index: usize| {
+        cell_at(maps, pixels, index).is_some_and(|cell| cells[cell])
+            && !own.iter().any(|mask| mask.bits()[index])
+    };
+    (0..pixels.len()).map(is_beyond).collect()
+}
+
+/// The map's cell at a pixel of the copy; `None` outside the crop.
+fn cell_at(maps: &Maps, pixels: &Pixels, index: usize) -> Option<usize> {
+    let (x, y) = pixels.xy(index);
+    let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
+    maps.shows(p).then(|| {
+        let x = (p.x as usize).min(maps.width() - 1);
+        (p.y as usize).min(maps.height() - 1) * maps.width() + x
+    })
 }
 
 /// Maps of the whole image, then of the crop around the table.
@@ -165,13 +240,9 @@ fn indices(mask: &Mask) -> Vec<usize> {
 }
 
 fn table(top: &TableTop, maps: &Maps, pixels: &Pixels) -> TableReading {
-    let class_at = |index: usize| {
-        let (x, y) = pixels.xy(index);
-        let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
-        let x = (p.x as usize).min(maps.width() - 1);
-        maps.class((p.y as usize).min(maps.height() - 1) * maps.width() + x)
-    };
-    let bare: Vec<usize> = (0..pixels.len()).filter(|&index| class_at(index) == PixelClass::Top).collect();
+    let is_bare = |cell: usize| maps.class(cell) == PixelClass::Top;
+    let bare: Vec<usize> =
+        (0..pixels.len()).filter(|&index| cell_at(maps, pixels, index).is_some_and(is_bare)).collect();
     TableReading {
         shape: top.shape,
         depth: top.found.depth,

@@ -16,6 +16,10 @@ pub struct ImageReading {
     pub table: TableReading,
     /// Farthest first.
     pub objects: Vec<ObjectReading>,
+    /// Masks, as large as the image, of what was found and does not stand on the table.
+    pub left_out: Vec<Mask>,
+    /// Pixels, as large as the image, of what stands on the table and is none of the objects.
+    pub unread: Mask,
 }
 
 /// Shape class of a table top.

@@ -148,7 +148,7 @@ pub(super) fn certificate(
             rotation: rotation_finding(&inputs.composition.yaws[index]),
         });
     }
-    let fidelity = fidelity(inputs, &objects, likeness, appearance);
+    let fidelity = fidelity(inputs, &objects, likeness, appearance)?;
     let mut reasons = reasons(inputs, &collisions, supports, from_shipped, &objects, &fidelity);
     for (found, body) in health.iter().zip(&inputs.composition.bodies) {
         reasons.extend(plausibility::reasons(found, &body.resolved.physical.friction, &inputs.health));
@@ -193,11 +193,13 @@ fn fidelity(
     objects: &[ObjectCertificate],
     likeness: &SceneSimilarity,
     appearance: Appearance,
-) -> Fidelity {
+) -> Result<Fidelity, StageError> {
+    let table =
+        InstanceId::new("table").map_err(|error| StageError::permanent("invalid_name", error.to_string()))?;
     let count = objects.len().max(1) as f64;
     let regions = |found: &MismatchRegions| {
         let region = |region: &MismatchRegion| Region {
-            body: objects[region.object].name.clone(),
+            body: region.object.map_or(&table, |object| &objects[object].name).clone(),
             bbox_px: region.box_px,
             image_share: region.image_share,
         };
@@ -205,7 +207,7 @@ fn fidelity(
     };
     let mut methods = BTreeMap::<ReconstructionMethod, usize>::new();
     inputs.composition.methods.iter().for_each(|method| *methods.entry(*method).or_default() += 1);
-    Fidelity {
+    Ok(Fidelity {
         is_judged: is_judged(inputs),
         left_out_px: inputs.composition.recognition.left_out_px.clone(),
         silhouette_iou: objects.iter().map(|object| object.silhouette_iou).sum::<f64>() / count,
@@ -217,7 +219,7 @@ fn fidelity(
             .map(|(method, objects)| MethodShare { method, objects, share: objects as f64 / count })
             .collect(),
         appearance,
-    }
+    })
 }
 
 fn displacement(from: &Pose, to: &Pose) -> Displacement {

@@ -96,7 +96,7 @@ pub(in crate::pipeline) fn body(name: &str, solid: Solid, world_from_object: Pos
 /// The second cube stands beside its place in the image.
 fn likeness() -> SceneSimilarity {
     let object = |overlap: f64, color: f64| ObjectSimilarity { overlap, color_distance: Some(color) };
-    let region = MismatchRegion { object: 1, box_px: [4, 5, 9, 11], image_share: 0.01 };
+    let region = MismatchRegion { object: Some(1), box_px: [4, 5, 9, 11], image_share: 0.01 };
     SceneSimilarity {
         objects: vec![object(0.9, 7.0), object(0.7, 9.0)],
         color_distance: Some(8.0),
@@ -187,6 +187,7 @@ pub(in crate::pipeline) fn sound() -> Planted {
                 .iter()
                 .map(|id| InstanceMask { id: id.clone(), visible: Mask::empty(64, 48) })
                 .collect(),
+            unread: None,
             bodies,
             supports: SupportTree::new(vec![Supporter::TABLE; 2]).expect("a tree"),
             table: place::PlacedTable {

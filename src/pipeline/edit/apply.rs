@@ -105,6 +105,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, S
     composition.image = artifact_io::put_image(&context, "reference.png", image).await?;
     // They are regions of the parent's image.
     Arc::make_mut(&mut composition.recognition).left_out_px.clear();
+    composition.unread = None;
     composition.masks = masks;
     context.put_json("account.json", &composition.edit).await?;
     Ok(composition)

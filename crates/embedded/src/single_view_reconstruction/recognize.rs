@@ -10,7 +10,7 @@ use super::text_naming::{ObjectNames, name_objects, state_supports};
 use super::{ImageReader, SingleViewSettings};
 use catalog::{OUTLINED_TABLE, TableModel, category, table_models};
 use geometry::{Outline, Rgb};
-use imaging::Image;
+use imaging::{Image, Mask};
 use ports::{NamedObject, Port, ProviderError, RecognitionHints};
 use runtime::CancelFlag;
 use runtime::seed::child_seed;
@@ -123,7 +123,7 @@ pub fn recognize(
             seed: child_seed(seed, "table"),
         },
         objects,
-        left_out_px: Vec::new(),
+        left_out_px: reading.left_out.iter().filter_map(Mask::bbox_px).collect(),
     };
     if let Some(hints) = hints {
         hints.apply(&mut recognition);

@@ -1,10 +1,10 @@
-//! Instance masks of the recognized objects.
+//! Instance masks of the recognized objects, and what else the table carries.
 
 use super::ImageReader;
 use imaging::Image;
-use ports::{Port, ProviderError};
+use ports::{Port, ProviderError, Segmentation};
 use runtime::CancelFlag;
-use scene::{InstanceMask, Recognition};
+use scene::{InstanceMask, MaskEdges, Recognition};
 
 /// Masks of the recognized objects, in their order. The recognition must be that of this image with the same
 /// settings.
@@ -13,7 +13,7 @@ pub fn segment(
     recognition: &Recognition,
     reader: &ImageReader,
     cancel: &CancelFlag,
-) -> Result<Vec<InstanceMask>, ProviderError> {
+) -> Result<Segmentation, ProviderError> {
     let reading = reader.read(image, Port::Segmenter, cancel)?;
     if reading.objects.len() != recognition.objects.len() {
         return Err(ProviderError::Unsupported {
@@ -28,10 +28,7 @@ pub fn segment(
         });
     }
     let masks = reading.objects.iter().map(|object| object.mask.clone());
-    Ok(recognition
-        .objects
-        .iter()
-        .zip(masks)
-        .map(|(object, visible)| InstanceMask { id: object.id.clone(), visible })
-        .collect())
+    let objects = recognition.objects.iter().zip(masks);
+    let masks = objects.map(|(object, visible)| InstanceMask { id: object.id.clone(), visible }).collect();
+    Ok(Segmentation { masks, edges: MaskEdges::Sharp, unread: Some(reading.unread.clone()) })
 }

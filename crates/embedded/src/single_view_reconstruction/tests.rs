@@ -9,15 +9,15 @@ use super::*;
 use crate::analyst::describe;
 use crate::text_parser::TextParserSettings;
 use catalog::{Recipe, build, build_table, category};
-use geometry::{Camera, Pose, TexturedMesh};
+use geometry::{Camera, Material, Pose, Rgb, TexturedMesh, shapes};
 use imaging::{Image, Mask};
 use ports::{
     CompletionRequest, ProviderError, RecognitionHints, ReconstructionRequest, ReferenceImage, TopViewRequest,
 };
 use render::{Background, Lighting, RenderObject, RenderScene, RenderSettings, View, render};
 use runtime::CancelFlag;
-use scene::TableShape;
 use scene::request::{MetricAnchor, RequestOptions};
+use scene::{RecognizedObject, TableShape};
 
 fn settings() -> SingleViewSettings {
     let sizes = SizeSettings { table_height_m: 0.74, top_view_px: 512, texture_px: 512 };
@@ -43,6 +43,11 @@ const OBJECTS: [(&str, f64, f64, f64); 6] = [
 
 /// A rendering of a laid dining table, and the true centers of the objects' boxes, meters.
 fn rendered_table(azimuth_deg: f64, elevation_deg: f64) -> (Image, Vec<DVec2>) {
+    rendered_room(azimuth_deg, elevation_deg, &[])
+}
+
+/// The same with furniture around the table: blocks on the floor, by extents and center (x, y), meters.
+fn rendered_room(azimuth_deg: f64, elevation_deg: f64, furniture: &[(DVec3, DVec2)]) -> (Image, Vec<DVec2>) {
     let table = build_table("dining_table", TABLE_SIZE_M, None, Some("oak"), 7).expect("a model");
     let objects: Vec<(TexturedMesh, Pose)> = OBJECTS
         .iter()
@@ -57,6 +62,15 @@ fn rendered_table(azimuth_deg: f64, elevation_deg: f64) -> (Image, Vec<DVec2>) {
         .collect();
     let mut shown = vec![RenderObject { mesh: &table.mesh, world_from_object: Pose::IDENTITY, id: 1 }];
     shown.extend(objects.iter().map(|(mesh, pose)| RenderObject { mesh, world_from_object: *pose, id: 2 }));
+    let blocks: Vec<(TexturedMesh, Pose)> = furniture
+        .iter()
+        .map(|&(size_m, at)| {
+            let mut mesh = TexturedMesh::default();
+            mesh.add(shapes::block(size_m), &Material::plain("paint", Rgb::hex(0x3a_4a_5c), 0.6));
+            (mesh, Pose::upright(at.extend(-TABLE_SIZE_M.z), 0.0))
+        })
+        .collect();
+    shown.extend(blocks.iter().map(|(mesh, pose)| RenderObject { mesh, world_from_object: *pose, id: 3 }));
     let (azimuth_rad, elevation_rad) = (azimuth_deg.to_radians(), elevation_deg.to_radians());
     let scene = RenderScene {
         objects: shown,
@@ -100,6 +114,31 @@ fn volume(mesh: &TexturedMesh) -> f64 {
         .sum()
 }
 
+/// The backs of two chairs and a cabinet stand behind the far edge, a stool to the left and a box before the table.
+#[test]
+fn furniture_around_the_table_does_not_stand_on_it() {
+    let furniture = [
+        (DVec3::new(0.42, 0.06, 1.0), DVec2::new(-0.3, 0.5)),
+        (DVec3::new(0.42, 0.06, 1.0), DVec2::new(0.3, 0.52)),
+        (DVec3::new(0.3, 0.3, 0.95), DVec2::new(0.75, 0.75)),
+        (DVec3::new(0.3, 0.3, 0.6), DVec2::new(-0.95, 0.0)),
+        (DVec3::new(0.25, 0.2, 0.5), DVec2::new(0.2, -0.62)),
+    ];
+    let (image, true_centers_m) = rendered_room(0.0, 30.0, &furniture);
+    let (stop, options) = (CancelFlag::default(), RequestOptions::default());
+    let found = recognize(&image, 5, &options, None, &reader(), &stop).expect("recognized");
+    let outside = |object: &RecognizedObject| {
+        let center = object.seen_as.as_ref().expect("a solid").center;
+        let scale = TABLE_SIZE_M.x / found.table.size_m.x;
+        true_centers_m.iter().all(|true_m| (scale * center - *true_m).length() > 0.12)
+    };
+    let strangers: Vec<&str> =
+        found.objects.iter().filter(|object| outside(object)).map(|object| object.id.as_str()).collect();
+    assert!(strangers.is_empty(), "{strangers:?} of {found:#?}");
+    assert!(found.objects.len() + 1 >= true_centers_m.len(), "{}", found.objects.len());
+    assert!(!found.left_out_px.is_empty(), "what was left out is listed");
+}
+
 #[test]
 fn rendered_table_is_reconstructed_with_objects_at_their_positions() {
     let stop = CancelFlag::default();
@@ -120,7 +159,7 @@ fn rendered_table_is_reconstructed_with_objects_at_their_positions() {
     let again = recognize(&image, 5, &RequestOptions::default(), None, &reader, &stop).expect("recognized");
     assert_eq!(recognition, again);
 
-    let masks = segment(&image, &recognition, &reader, &stop).expect("segmented");
+    let masks = segment(&image, &recognition, &reader, &stop).expect("segmented").masks;
     let recognition = Arc::new(recognition);
     let request = TopViewRequest {
         reference: reference.clone(),

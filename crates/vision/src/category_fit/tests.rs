@@ -43,6 +43,8 @@ pub(super) fn seen(mesh: &TexturedMesh, yaw_rad: f64) -> (Image, ImageReading) {
             fit: 1.0,
         },
         objects: vec![ObjectReading { mask, solid, color: Rgb([0.5; 3]), stands_on: None }],
+        left_out: Vec::new(),
+        unread: Mask::empty(480, 360),
     };
     (rendered.color, reading)
 }

@@ -57,13 +57,14 @@ pub(crate) struct TopObservation {
 }
 
 impl TopObservation {
-    /// Extracts the top from the maps of the crop around the table.
+    /// Extracts the top from the maps of the crop around the table, less the pixels `beyond` it.
     pub(crate) fn new(
         maps: &Maps,
         pixels: &Pixels,
+        beyond: &[bool],
         settings: &NetworkReadingSettings,
     ) -> Result<Self, VisionError> {
-        let inside = inside(maps, pixels);
+        let inside = inside(maps, pixels, beyond);
         let too_little = || VisionError::NoTableTop { percent: 100.0 * settings.min_table_share };
         if (inside.len() as f64) < settings.min_table_share * pixels.len() as f64 {
             return Err(too_little());
@@ -144,14 +145,14 @@ impl TopObservation {
     }
 }
 
-/// Pixels of the copy inside the largest component of the outline, holes filled.
-fn inside(maps: &Maps, pixels: &Pixels) -> Vec<usize> {
+/// Pixels of the copy inside the largest component of the outline less those `beyond` the top, holes filled.
+fn inside(maps: &Maps, pixels: &Pixels, beyond: &[bool]) -> Vec<usize> {
     let bits: Vec<bool> = (0..pixels.len())
         .map(|index| {
             let (x, y) = pixels.xy(index);
             let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
             let logit = maps.around(p).iter().map(|&(cell, weight)| weight * maps.outline(cell)).sum::<f64>();
-            maps.shows(p) && logit > 0.0
+            maps.shows(p) && logit > 0.0 && !beyond[index]
         })
         .collect();
     let bits = fill_holes(&bits, pixels.width, pixels.height, usize::MAX);
