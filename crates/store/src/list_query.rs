@@ -67,9 +67,14 @@ impl ListQuery {
     }
 
     /// The list: at most `limit` rows of `table`.
-    pub(super) fn select(mut self, table: &str, limit: u32) -> Statement {
+    pub(super) fn select(self, table: &str, limit: u32) -> Statement {
+        self.select_by("id", table, limit)
+    }
+
+    /// The same, by another column with the ids of the rows.
+    pub(super) fn select_by(mut self, id: &str, table: &str, limit: u32) -> Statement {
         let place = self.bind(Value::Number(i64::from(limit)));
-        let sql = format!("SELECT * FROM {table} WHERE {} ORDER BY id DESC LIMIT {place}", self.conditions);
+        let sql = format!("SELECT * FROM {table} WHERE {} ORDER BY {id} DESC LIMIT {place}", self.conditions);
         Statement { sql, values: self.values }
     }
 

@@ -157,15 +157,24 @@ impl Store {
             Some(state) => ListQuery::of(tenant_id).word("state", Some(state.as_str())),
             None => ListQuery::of(tenant_id).fixed("state <> 'deleted'"),
         };
-        if let Some((key, value)) = filter.label {
-            let key = list.parameter(key);
-            list = list.text(&format!("{} =", self.readers.dialect().json_text("labels", &key)), Some(value));
-        }
+        let (id, scenes) = match filter.label {
+            Some((key, value)) => {
+                let (key, value) = (list.parameter(key), list.parameter(value));
+                let join = self.readers.dialect().join_to_first();
+                let labeled = format!(
+                    "(SELECT label.scene_id AS labeled_id, scenes.*
+                      FROM scene_labels AS label {join} scenes ON scenes.id = label.scene_id
+                      WHERE label.tenant_id = $1 AND label.key = {key} AND label.value = {value}) AS scenes"
+                );
+                ("labeled_id", labeled)
+            }
+            None => ("id", "scenes".to_owned()),
+        };
         let list = list
             .text("parent_id =", filter.parent)
             .number("created_at >", filter.created_after_ms)
-            .text("id <", filter.before_id)
-            .select("scenes", filter.limit)
+            .text(&format!("{id} <"), filter.before_id)
+            .select_by(id, &scenes, filter.limit)
             .within(|scenes| {
                 format!(
                     "SELECT s.*, {JOINED_COLUMNS} FROM ({scenes}) AS s

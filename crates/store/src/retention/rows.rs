@@ -318,17 +318,18 @@ async fn strip(
         .bind(id.as_str())
         .fetch_all(&mut *connection)
         .await?;
-    // Another scene keeps a checkpoint while it has not been stripped itself.
+    // Another scene keeps a checkpoint while it has not been stripped itself. The search goes from the checkpoint to
+    // its scenes: joined, SQLite begins with all scenes of the tenant, for each checkpoint.
     sqlx::query(
         "DELETE FROM checkpoints
          WHERE tenant_id = $1
            AND key IN (SELECT stages.key FROM stages JOIN jobs ON jobs.id = stages.job_id WHERE jobs.scene_id = $2)
            AND NOT EXISTS (
-               SELECT 1 FROM stages
-               JOIN jobs ON jobs.id = stages.job_id
-               JOIN scenes ON scenes.id = jobs.scene_id
-               WHERE stages.key = checkpoints.key AND scenes.id <> $3 AND scenes.tenant_id = $4
-                 AND scenes.state <> 'deleted' AND scenes.stripped_at IS NULL)",
+               SELECT 1 FROM stages JOIN jobs ON jobs.id = stages.job_id
+               WHERE stages.key = checkpoints.key AND jobs.scene_id <> $3
+                 AND EXISTS (SELECT 1 FROM scenes
+                             WHERE scenes.id = jobs.scene_id AND scenes.tenant_id = $4
+                               AND scenes.state <> 'deleted' AND scenes.stripped_at IS NULL))",
     )
     .bind(tenant_id)
     .bind(id.as_str())
