@@ -21,10 +21,11 @@ use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::AbortOnDropHandle;
 
-use crate::worker::{Settings, backoff};
+use crate::worker::Settings;
+use crate::worker::verdict::{Verdict, setback};
 use datasets::DatasetError;
-use store::datasets::{AfterSetback, DatasetClaim, DatasetLease, DatasetTask, FreezeResult, Setback};
-use store::{Store, StoreError};
+use store::datasets::{DatasetClaim, DatasetLease, DatasetTask, FreezeResult};
+use store::{AfterSetback, Store, StoreError};
 
 pub use request::{DatasetRequest, DatasetSource};
 
@@ -49,17 +50,6 @@ pub(crate) enum FreezeError {
     GivenUp,
 }
 
-/// What follows when work did not come to its end.
-#[derive(Debug, PartialEq, Eq)]
-enum Verdict {
-    /// The same again would fail again.
-    Refused { code: &'static str, message: String },
-    /// It is tried again, by the rules of jobs: what storage could not write burns no attempt.
-    Again { code: &'static str, charged: bool },
-    /// Another process may begin it again at once.
-    GivenUp,
-}
-
 impl FreezeError {
     fn file(attempt: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();
@@ -67,13 +57,12 @@ impl FreezeError {
     }
 
     fn verdict(&self) -> Verdict {
-        let again = |code, charged| Verdict::Again { code, charged };
         match self {
             Self::GivenUp | Self::Store(StoreError::DatasetLeaseLost { .. }) => Verdict::GivenUp,
-            Self::Panicked => again("internal_error", true),
-            Self::Store(error) => again("store_unavailable", error.outage().is_none()),
+            Self::Panicked => Verdict::of_panic(),
+            Self::Store(error) => Verdict::of_store(error),
             Self::File { source, .. } | Self::Dataset(DatasetError::File { source, .. }) => {
-                again("work_folder_unusable", source.kind() != std::io::ErrorKind::StorageFull)
+                Verdict::of_work_folder(source.kind())
             }
             Self::Dataset(DatasetError::EmptySplits(message)) => {
                 Verdict::Refused { code: "empty_split", message: message.clone() }
@@ -206,17 +195,8 @@ impl Freezer {
         code: &'static str,
         charged: bool,
     ) -> Result<bool, StoreError> {
-        let delay = match charged {
-            true => backoff::full_delay(claim.attempt, &self.settings),
-            false => Duration::from_millis(self.settings.backoff_cap_ms),
-        };
-        let setback = Setback {
-            code,
-            message: error.to_string(),
-            delay,
-            charged,
-            max_attempts: self.settings.max_attempts,
-        };
+        let setback = setback(code, error.to_string(), charged, claim.attempt, &self.settings);
+        let delay = setback.delay;
         let after = self.store.set_dataset_back(&claim.lease, setback).await?;
         tracing::error!(
             dataset_id = %claim.lease.id,

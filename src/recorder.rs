@@ -9,6 +9,8 @@
 mod assembly;
 mod attempts;
 mod packing;
+#[cfg(test)]
+mod tests;
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -20,17 +22,17 @@ use tokio::sync::{OnceCell, OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::AbortOnDropHandle;
 
+use crate::worker::Settings;
+use crate::worker::verdict::{Verdict, setback};
 use demonstrations::Setup;
 use episodes::EpisodeError;
 use episodes::card::DatasetCard;
 use scene::RecordingId;
 use store::recordings::{RecordingClaim, RecordingRow, RecordingWork};
-use store::{Store, StoreError};
+use store::{Setback, Store, StoreError};
 
 /// Folder of the work in a data directory.
 const FOLDER: &str = "episodes";
-/// Pause after the store or the disk failed.
-const PAUSE: Duration = Duration::from_secs(5);
 /// Recordings whose shared part is kept in memory.
 const KEPT_PREPARATIONS: usize = 2;
 
@@ -78,7 +80,7 @@ enum RecordError {
     #[error("a bug stopped the work on this recording; the server's log has the details")]
     Panicked,
     /// An episode is lost or damaged; its attempt is made again.
-    #[error("the episode of attempt {number} is lost or damaged")]
+    #[error("the episode of attempt {number} is lost or damaged; see whether the disk of the blobs is sound")]
     Episodeless { number: u64 },
     /// The process ends, or another one has the lease.
     #[error("the work was given up")]
@@ -91,19 +93,23 @@ impl RecordError {
         move |source| Self::File { attempt, path, source }
     }
 
-    /// Code and message for clients; `None` where the work is to be begun again.
-    fn failure(&self) -> Option<(&'static str, String)> {
+    fn verdict(&self) -> Verdict {
         match self {
-            Self::Store(_) | Self::File { .. } | Self::Episodeless { .. } | Self::GivenUp => None,
-            Self::Episode(EpisodeError::DiskFull { .. } | EpisodeError::Write { .. }) => None,
-            Self::Episode(error) => Some(("episode_unusable", error.to_string())),
-            Self::Refused(refusal) => Some((refusal.code, refusal.message.clone())),
-            Self::Panicked => Some(("internal_error", self.to_string())),
+            Self::GivenUp | Self::Store(StoreError::RecordingLeaseLost { .. }) => Verdict::GivenUp,
+            Self::Panicked => Verdict::of_panic(),
+            Self::Store(error) => Verdict::of_store(error),
+            Self::File { source, .. } | Self::Episode(EpisodeError::Write { source, .. }) => {
+                Verdict::of_work_folder(source.kind())
+            }
+            Self::Episode(EpisodeError::DiskFull { .. }) => {
+                Verdict::of_work_folder(std::io::ErrorKind::StorageFull)
+            }
+            Self::Episodeless { .. } => Verdict::Again { code: "episode_lost", charged: true },
+            Self::Episode(error) => Verdict::Refused { code: "episode_unusable", message: error.to_string() },
+            Self::Refused(refusal) => {
+                Verdict::Refused { code: refusal.code, message: refusal.message.clone() }
+            }
         }
-    }
-
-    fn is_given_up(&self) -> bool {
-        matches!(self, Self::GivenUp | Self::Store(StoreError::RecordingLeaseLost { .. }))
     }
 }
 
@@ -114,47 +120,39 @@ pub struct Recorder {
     folder: PathBuf,
     prepare: Prepare,
     owner: String,
-    lease: Duration,
-    poll: Duration,
-    max_deaths: u32,
+    settings: Arc<Settings>,
     /// Attempts at a time.
     slots: Arc<Semaphore>,
     prepared: Arc<Mutex<VecDeque<(RecordingId, PreparedCell)>>>,
 }
 
-/// How a recorder works.
-#[derive(Clone, Copy, Debug)]
-pub struct RecorderSettings {
-    /// Attempts of a dead process are taken over after this time.
-    pub lease: Duration,
-    /// Longest time between two claims while there is nothing to do.
-    pub poll: Duration,
-    /// Attempts at a time.
-    pub attempts: usize,
-    /// Times that the process may die while it works on a recording alone, without a finished attempt between.
-    pub max_deaths: u32,
-}
-
 impl Recorder {
-    /// A recorder that works below `data_dir`, as the process `owner`.
+    /// A recorder that works below `data_dir`, as the process `owner`. Leases, tries, deaths and delays are those of
+    /// jobs, and there are as many attempts at a time as CPU threads.
     pub fn new(
         store: Store,
         data_dir: &Path,
         prepare: Prepare,
         owner: &str,
-        settings: RecorderSettings,
+        settings: Arc<Settings>,
     ) -> Self {
+        let attempts = match settings.cpu_threads {
+            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            threads => threads,
+        };
         Self {
             store,
             folder: data_dir.join(FOLDER),
             prepare,
             owner: owner.to_owned(),
-            lease: settings.lease,
-            poll: settings.poll,
-            max_deaths: settings.max_deaths,
-            slots: Arc::new(Semaphore::new(settings.attempts.clamp(1, Semaphore::MAX_PERMITS))),
+            settings,
+            slots: Arc::new(Semaphore::new(attempts.clamp(1, Semaphore::MAX_PERMITS))),
             prepared: Arc::default(),
         }
+    }
+
+    fn lease(&self) -> Duration {
+        Duration::from_secs(self.settings.lease_secs)
     }
 
     /// Works until `shutdown`.
@@ -167,7 +165,7 @@ impl Recorder {
             };
             let Ok(slot) = slot else { return };
             changes.mark_unchanged();
-            match self.store.claim_recording(&self.owner, self.lease, self.max_deaths).await {
+            match self.store.claim_recording(&self.owner, self.lease(), self.settings.max_deaths).await {
                 Ok(Some(claim)) => {
                     let (recorder, shutdown) = (self.clone(), shutdown.clone());
                     tokio::spawn(async move { recorder.work(claim, Arc::new(slot), &shutdown).await });
@@ -187,7 +185,7 @@ impl Recorder {
             tokio::select! {
                 () = shutdown.cancelled() => {}
                 _ = changes.changed() => {}
-                () = tokio::time::sleep(self.poll) => {}
+                () = tokio::time::sleep(Duration::from_millis(self.settings.poll_ms)) => {}
             }
         }
     }
@@ -198,9 +196,9 @@ impl Recorder {
         slot: Arc<OwnedSemaphorePermit>,
         shutdown: &CancellationToken,
     ) {
-        match claim.work {
-            RecordingWork::Attempt(lease) => self.attempt(&claim.recording, &lease, slot, shutdown).await,
-            RecordingWork::Assembly(lease) => self.assembly(&claim.recording, &lease, slot, shutdown).await,
+        match &claim.work {
+            RecordingWork::Attempt(lease) => self.attempt(&claim, lease, slot, shutdown).await,
+            RecordingWork::Assembly(lease) => self.assembly(&claim, lease, slot, shutdown).await,
         }
     }
 
@@ -246,14 +244,23 @@ impl Recorder {
         cell
     }
 
-    /// Logs why work on a recording is begun again, and waits where that would fail at once.
-    async fn broke_off(&self, id: &RecordingId, error: &RecordError) {
-        if error.is_given_up() {
-            return;
-        }
-        let error = runtime::error_chain(error);
-        tracing::error!(recording_id = %id, error, "work on a recording broke off; it is begun again");
-        tokio::time::sleep(PAUSE).await;
+    /// What follows a try that failed and is made again; the log has the reason.
+    fn setback(
+        &self,
+        claim: &RecordingClaim,
+        error: &RecordError,
+        code: &'static str,
+        charged: bool,
+    ) -> Setback {
+        let setback = setback(code, error.to_string(), charged, claim.tries, &self.settings);
+        tracing::error!(
+            recording_id = %claim.recording.id,
+            error = runtime::error_chain(error),
+            tries = claim.tries,
+            delay_secs = setback.delay.as_secs_f32(),
+            "work on a recording broke off; it is begun again unless this was the last try"
+        );
+        setback
     }
 }
 

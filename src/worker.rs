@@ -9,6 +9,7 @@
 
 pub mod build;
 pub mod backoff;
+pub(crate) mod verdict;
 mod heartbeat;
 mod attempt;
 mod rescue;

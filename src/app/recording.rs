@@ -2,7 +2,6 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -15,22 +14,12 @@ use crate::api::Problem;
 use crate::api::episodes::{CheckEpisodes, CheckedEpisodes, EpisodesBody};
 use crate::background::kept_running;
 use crate::config::Resolved;
-use crate::recorder::{Preparation, Prepare, Recorder, RecorderSettings, Refusal};
+use crate::recorder::{Preparation, Prepare, Recorder, Refusal};
 use store::Store;
 
 /// Records episodes from now on until `shutdown`, in a folder of `data_dir`, as `owner`.
 pub fn start(store: &Store, resolved: &Resolved, data_dir: &Path, owner: &str, shutdown: &CancellationToken) {
-    let worker = &resolved.config.worker;
-    let attempts = match worker.cpu_threads {
-        0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-        threads => threads,
-    };
-    let settings = RecorderSettings {
-        lease: Duration::from_secs(worker.lease_secs),
-        poll: Duration::from_millis(worker.poll_ms),
-        attempts,
-        max_deaths: worker.max_deaths,
-    };
+    let settings = Arc::new(resolved.config.worker.clone());
     let recorder = Recorder::new(store.clone(), data_dir, prepare(resolved), owner, settings);
     let shutdown = shutdown.clone();
     tokio::spawn(kept_running("recorder of episodes", move || recorder.clone().run(shutdown.clone())));

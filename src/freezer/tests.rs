@@ -64,17 +64,3 @@ async fn a_freeze_that_panics_waits_and_fails_in_the_end() {
     assert_eq!((row.state, row.failure_code.as_deref()), (DatasetState::Failed, Some("internal_error")));
     assert!(row.failure_message.expect("says what to do").contains("log"));
 }
-
-#[test]
-fn what_storage_could_not_write_burns_no_attempt() {
-    let file = |kind: std::io::ErrorKind| FreezeError::File {
-        attempt: "write",
-        path: PathBuf::from("x"),
-        source: kind.into(),
-    };
-    let again = |charged| Verdict::Again { code: "work_folder_unusable", charged };
-    assert_eq!(file(std::io::ErrorKind::StorageFull).verdict(), again(false));
-    assert_eq!(file(std::io::ErrorKind::PermissionDenied).verdict(), again(true));
-    let stopped = FreezeError::Store(StoreError::WriterStopped);
-    assert_eq!(stopped.verdict(), Verdict::Again { code: "store_unavailable", charged: false });
-}

@@ -11,10 +11,11 @@ use tokio_util::sync::CancellationToken;
 
 use super::packing::{Packed, pack};
 use super::{Prepared, RecordError, Recorder, apart, guarded};
+use crate::worker::verdict::Verdict;
 use episodes::card::{DatasetCard, DatasetSummary};
 use episodes::{DatasetAssembler, EpisodeUnit};
 use store::recordings::{
-    ArchivePart, AssemblyLease, KeptAttempt, RecordingArchive, RecordingFile, RecordingRow,
+    ArchivePart, AssemblyLease, KeptAttempt, RecordingArchive, RecordingClaim, RecordingFile, RecordingRow,
 };
 
 /// Rows of files that are written at once.
@@ -31,14 +32,14 @@ impl Recorder {
     /// Assembles a dataset and stores it, or writes down why there is none.
     pub(super) async fn assembly(
         &self,
-        recording: &RecordingRow,
+        claim: &RecordingClaim,
         lease: &AssemblyLease,
         slot: Arc<OwnedSemaphorePermit>,
         shutdown: &CancellationToken,
     ) {
         let folder = self.folder.join(lease.id.as_str());
         let assembling = {
-            let (recorder, recording, lease) = (self.clone(), recording.clone(), lease.clone());
+            let (recorder, recording, lease) = (self.clone(), claim.recording.clone(), lease.clone());
             let slot = slot.clone();
             let folder = folder.clone();
             guarded(async move { recorder.assemble(&recording, &lease, &folder, &slot).await })
@@ -48,30 +49,41 @@ impl Recorder {
             () = self.hold_assembly(lease) => Err(RecordError::GivenUp),
             () = shutdown.cancelled() => Err(RecordError::GivenUp),
         };
-        if let Err(error) = assembled {
-            let ended = match (error.failure(), &error) {
-                (Some((code, message)), _) => {
-                    tracing::info!(recording_id = %lease.id, code, message, "a recording has no dataset");
-                    self.store.fail_assembly(lease, code, &message).await
-                }
-                (None, RecordError::Episodeless { number }) => {
-                    tracing::warn!(recording_id = %lease.id, number, "a lost or damaged episode is made again");
-                    self.store.forget_attempt(lease, *number).await
-                }
-                (None, _) => {
-                    self.broke_off(&lease.id, &error).await;
-                    self.store.release_assembly(lease).await
-                }
-            };
-            if let Err(error) = ended {
-                let error = error.chain();
-                tracing::debug!(error, "assembling was not given back; its lease will run out");
-            }
-        }
+        self.conclude_assembly(claim, lease, assembled).await;
         if folder.exists()
             && let Err(error) = std::fs::remove_dir_all(&folder)
         {
             tracing::warn!(%error, folder = %folder.display(), "a work folder was not removed; remove it");
+        }
+    }
+
+    /// Writes down what came of assembling.
+    pub(super) async fn conclude_assembly(
+        &self,
+        claim: &RecordingClaim,
+        lease: &AssemblyLease,
+        assembled: Result<(), RecordError>,
+    ) {
+        let Err(error) = assembled else { return };
+        let ended = match error.verdict() {
+            Verdict::Refused { code, message } => {
+                tracing::info!(recording_id = %lease.id, code, message, "a recording has no dataset");
+                self.store.fail_assembly(lease, code, &message).await
+            }
+            Verdict::Again { code, charged } => {
+                let setback = self.setback(claim, &error, code, charged);
+                let after = match error {
+                    RecordError::Episodeless { number } => {
+                        self.store.forget_attempt(lease, number, setback).await
+                    }
+                    _ => self.store.set_assembly_back(lease, setback).await,
+                };
+                after.map(drop)
+            }
+            Verdict::GivenUp => self.store.release_assembly(lease).await,
+        };
+        if let Err(error) = ended {
+            tracing::debug!(error = error.chain(), "assembling was not given back; its lease will run out");
         }
     }
 
@@ -194,8 +206,8 @@ impl Recorder {
     /// Renews the lease; returns when it is lost.
     async fn hold_assembly(&self, lease: &AssemblyLease) {
         loop {
-            tokio::time::sleep(self.lease / 4).await;
-            match self.store.renew_assembly(lease, self.lease).await {
+            tokio::time::sleep(self.lease() / 4).await;
+            match self.store.renew_assembly(lease, self.lease()).await {
                 Ok(true) => {}
                 Ok(false) => return,
                 // The next renewal may succeed before the lease has run out.
@@ -298,8 +310,10 @@ mod tests {
             .collect();
         let count = |wanted| needed(kept.clone(), &recording(wanted)).map(|kept| kept.len()).ok();
         assert_eq!((count(1), count(2), count(3)), (Some(2), Some(5), None));
-        let (code, message) =
-            needed(kept, &recording(3)).expect_err("too few").failure().expect("is for clients");
+        let Verdict::Refused { code, message } = needed(kept, &recording(3)).expect_err("too few").verdict()
+        else {
+            panic!("the same again would fail again")
+        };
         assert_eq!(code, "too_few_successes");
         assert!(message.contains("only 2 of 3") && message.contains("slipped (such as: of 2)"), "{message}");
     }

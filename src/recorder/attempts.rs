@@ -6,20 +6,21 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio_util::sync::CancellationToken;
 
 use super::{RecordError, Recorder, apart, guarded};
+use crate::worker::verdict::Verdict;
 use demonstrations::{Attempted, attempt};
-use store::recordings::{AttemptLease, Begun, MadeAttempt, RecordingRow};
+use store::recordings::{AttemptLease, Begun, MadeAttempt, RecordingClaim, RecordingRow};
 
 impl Recorder {
     /// Makes an attempt, and writes down what came of it.
     pub(super) async fn attempt(
         &self,
-        recording: &RecordingRow,
+        claim: &RecordingClaim,
         lease: &AttemptLease,
         slot: Arc<OwnedSemaphorePermit>,
         shutdown: &CancellationToken,
     ) {
         let making = {
-            let (recorder, recording, lease) = (self.clone(), recording.clone(), lease.clone());
+            let (recorder, recording, lease) = (self.clone(), claim.recording.clone(), lease.clone());
             let slot = slot.clone();
             guarded(async move { recorder.make(&recording, &lease, &slot).await })
         };
@@ -28,16 +29,27 @@ impl Recorder {
             () = self.hold_attempt(lease) => Err(RecordError::GivenUp),
             () = shutdown.cancelled() => Err(RecordError::GivenUp),
         };
+        self.conclude_attempt(claim, lease, made).await;
+    }
+
+    /// Writes down what came of an attempt.
+    pub(super) async fn conclude_attempt(
+        &self,
+        claim: &RecordingClaim,
+        lease: &AttemptLease,
+        made: Result<(), RecordError>,
+    ) {
         let Err(error) = made else { return };
-        let ended = match error.failure() {
-            Some((code, message)) => {
+        let ended = match error.verdict() {
+            Verdict::Refused { code, message } => {
                 tracing::info!(recording_id = %lease.id, code, message, "episodes cannot be recorded");
                 self.store.fail_recording(lease, code, &message).await
             }
-            None => {
-                self.broke_off(&lease.id, &error).await;
-                self.store.release_attempt(lease).await
+            Verdict::Again { code, charged } => {
+                let setback = self.setback(claim, &error, code, charged);
+                self.store.set_attempt_back(lease, setback).await.map(drop)
             }
+            Verdict::GivenUp => self.store.release_attempt(lease).await,
         };
         if let Err(error) = ended {
             tracing::debug!(error = error.chain(), "an attempt was not given back; its lease will run out");
@@ -84,8 +96,8 @@ impl Recorder {
     /// Renews the lease; returns when it is lost.
     async fn hold_attempt(&self, lease: &AttemptLease) {
         loop {
-            tokio::time::sleep(self.lease / 4).await;
-            match self.store.renew_attempt(lease, self.lease).await {
+            tokio::time::sleep(self.lease() / 4).await;
+            match self.store.renew_attempt(lease, self.lease()).await {
                 Ok(true) => {}
                 Ok(false) => return,
                 // The next renewal may succeed before the lease has run out.

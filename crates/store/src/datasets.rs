@@ -18,7 +18,7 @@ use super::{Store, StoreError, database};
 use crate::boxed;
 use scene::{DatasetId, TenantId};
 
-pub use claim::{AfterSetback, DatasetClaim, DatasetLease, DatasetTask, Setback};
+pub use claim::{DatasetClaim, DatasetLease, DatasetTask};
 pub use files::DatasetFile;
 pub use requests::{NewDataset, SubmitDatasetOutcome, VerifyOutcome};
 pub use result::{FreezeResult, FrozenVersion};

@@ -13,6 +13,7 @@ mod events;
 mod files;
 mod progress;
 mod rescue;
+mod setbacks;
 mod requests;
 
 use serde_json::Value;

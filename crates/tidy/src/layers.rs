@@ -177,11 +177,11 @@ pub const ROOT_MODULES: &[Layer] = &[
         &["batches", "datasets", "freezer", "imaging", "runtime", "scene", "spans", "store"],
         &[CLIENTS, ROWS],
     ),
-    // Failed attempts wait by the worker's rules.
+    // Failed attempts of both wait by the worker's rules.
     layer("freezer", &["datasets", "runtime", "scene", "store", "worker"], &[SERVERS, CLIENTS, ROWS]),
     layer(
         "recorder",
-        &["datasets", "demonstrations", "episodes", "runtime", "scene", "store"],
+        &["datasets", "demonstrations", "episodes", "runtime", "scene", "store", "worker"],
         &[SERVERS, CLIENTS, ROWS],
     ),
     // Starts loops that panicked again.

@@ -13,7 +13,7 @@ use super::{DatasetRow, dataset_of};
 use crate::boxed;
 use crate::database::Dialect;
 use crate::deaths::{Deaths, IS_SUSPECT};
-use crate::{Store, StoreError, database, deaths, queue};
+use crate::{AfterSetback, Setback, Store, StoreError, database, deaths, queue};
 use scene::DatasetId;
 
 /// Condition on work that is not ended; that of the index `datasets_waiting`.
@@ -44,29 +44,6 @@ pub struct DatasetClaim {
     pub dataset: DatasetRow,
     /// Claims since the last progress, this one included.
     pub attempt: i64,
-}
-
-/// Why work on a dataset did not come to its end, and what follows.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Setback {
-    /// Stable, `[a-z0-9_]+`.
-    pub code: &'static str,
-    /// A sentence with advice.
-    pub message: String,
-    /// Until the next attempt.
-    pub delay: Duration,
-    /// Whether it counts as an attempt; the `max_attempts`-th since the last progress is the end.
-    pub charged: bool,
-    pub max_attempts: u32,
-}
-
-/// What follows a setback.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AfterSetback {
-    /// The work is done again, after the delay.
-    Again,
-    /// That was the last attempt: the freeze failed, or the verification was given up.
-    Ended,
 }
 
 impl Store {
@@ -277,7 +254,7 @@ async fn set_back(
         .bind(lease.id.as_str())
         .fetch_one(&mut *connection)
         .await?;
-    if setback.charged && attempt >= i64::from(setback.max_attempts) {
+    if setback.is_end(attempt) {
         end(connection, &lease.id, setback.code, &setback.message, now).await?;
         return Ok(AfterSetback::Ended);
     }
@@ -288,8 +265,8 @@ async fn set_back(
              verify_state = CASE WHEN verify_state = 'running' THEN 'queued' ELSE verify_state END
          WHERE id = $3",
     )
-    .bind(now.saturating_add(milliseconds(setback.delay)))
-    .bind(if setback.charged { attempt } else { (attempt - 1).max(0) })
+    .bind(setback.again_at_ms(now))
+    .bind(setback.counted(attempt))
     .bind(lease.id.as_str())
     .execute(connection)
     .await?;

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde_json::{Map, Value, json};
 use sqlx::{AnyConnection, Row};
 
-use super::claim::{guard_assembly, guard_attempt};
+use super::claim::guard_attempt;
 use super::events::append;
-use super::{AssemblyLease, AttemptLease, RecordingEventKind, count, stored};
+use super::{AttemptLease, RecordingEventKind, count, stored};
 use crate::boxed;
 use crate::{Digest, Store, StoreError, database};
 use scene::RecordingId;
@@ -33,7 +33,7 @@ pub struct MadeAttempt {
 pub struct KeptAttempt {
     pub number: u64,
     pub made: MadeAttempt,
-    /// How often processes claimed it.
+    /// How often it was begun, without those that were given back and those whose process died.
     pub tries: u64,
 }
 
@@ -182,56 +182,6 @@ impl Store {
         let rows = sqlx::query(OUTCOMES).bind(id.as_str()).fetch_all(&self.readers).await?;
         rows.iter().map(|row| Ok((row.try_get("outcome")?, count(row, "attempts")?))).collect()
     }
-
-    /// Makes an attempt be made again whose blob is lost; assembling is given back.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
-    #[boxed]
-    pub async fn forget_attempt(&self, lease: &AssemblyLease, number: u64) -> Result<(), StoreError> {
-        let lease = lease.clone();
-        self.writer
-            .write("forget an attempt", move |connection| {
-                Box::pin(async move {
-                    guard_assembly(connection, &lease).await?;
-                    let outcome: Option<String> = sqlx::query_scalar(
-                        "SELECT outcome FROM recording_attempts
-                         WHERE recording_id = $1 AND number = $2 AND outcome IS NOT NULL",
-                    )
-                    .bind(lease.id.as_str())
-                    .bind(stored(number))
-                    .fetch_optional(&mut *connection)
-                    .await?;
-                    let Some(outcome) = outcome else { return Ok(()) };
-                    sqlx::query(
-                        "UPDATE recording_attempts
-                         SET outcome = NULL, detail = NULL, unit = NULL, made_at = NULL, owner = '', token = '',
-                             lease_until = 0, tries = 0
-                         WHERE recording_id = $1 AND number = $2",
-                    )
-                    .bind(lease.id.as_str())
-                    .bind(stored(number))
-                    .execute(&mut *connection)
-                    .await?;
-                    sqlx::query(
-                        "UPDATE recordings SET made = made - 1, successes = successes - $1, owner = NULL, token = NULL,
-                                               lease_until = 0
-                         WHERE id = $2",
-                    )
-                    .bind(i64::from(outcome == SUCCESS))
-                    .bind(lease.id.as_str())
-                    .execute(&mut *connection)
-                    .await?;
-                    let now = database::now_ms(connection).await?;
-                    let fields = Map::from_iter([("number".to_owned(), json!(number))]);
-                    append(connection, &lease.id, now, RecordingEventKind::AttemptLost, fields).await
-                })
-            })
-            .await?;
-        self.announce();
-        Ok(())
-    }
 }
 
 const OUTCOMES: &str = "SELECT outcome, COUNT(*) AS attempts FROM recording_attempts
@@ -262,7 +212,7 @@ async fn begin(
             .execute(&mut *connection)
             .await?;
         sqlx::query(
-            "UPDATE recordings SET begun = 0, made = 0, successes = 0, restarts = restarts + 1 WHERE id = $1",
+            "UPDATE recordings SET begun = 0, made = 0, successes = 0, tries = 0, restarts = restarts + 1 WHERE id = $1",
         )
         .bind(lease.id.as_str())
         .execute(&mut *connection)

@@ -48,6 +48,8 @@ pub enum RecordingWork {
 pub struct RecordingClaim {
     pub recording: RecordingRow,
     pub work: RecordingWork,
+    /// How often this attempt, or assembling, was begun, this time included.
+    pub tries: i64,
 }
 
 impl Store {
@@ -62,7 +64,7 @@ impl Store {
         max_deaths: u32,
     ) -> Result<Option<RecordingClaim>, StoreError> {
         let waiting: Option<i64> = sqlx::query_scalar(
-            "SELECT CAST(1 AS BIGINT) FROM recordings WHERE state IN ('queued', 'running') LIMIT 1",
+            "SELECT CAST(1 AS BIGINT) FROM recordings WHERE state IN ('queued', 'running') ORDER BY id LIMIT 1",
         )
         .fetch_optional(&self.readers)
         .await?;
@@ -175,7 +177,9 @@ impl Store {
             .write("give assembling back", move |connection| {
                 Box::pin(async move {
                     sqlx::query(
-                        "UPDATE recordings SET owner = NULL, token = NULL, lease_until = 0 WHERE id = $1 AND token = $2",
+                        "UPDATE recordings
+                         SET owner = NULL, token = NULL, lease_until = 0, tries = CASE WHEN tries > 0 THEN tries - 1 ELSE 0 END
+                         WHERE id = $1 AND token = $2",
                     )
                     .bind(lease.id.as_str())
                     .bind(&lease.token)
@@ -246,7 +250,7 @@ impl Claimant {
                     OR (made = begun AND token IS NULL)
                     OR EXISTS (SELECT 1 FROM recording_attempts AS attempt
                                WHERE attempt.recording_id = recordings.id AND attempt.outcome IS NULL
-                                 AND attempt.owner = ''))
+                                 AND attempt.owner = '' AND attempt.not_before <= $1))
              ORDER BY id LIMIT 1 {lock}"
         );
         Ok(sqlx::query(AssertSqlSafe(query)).bind(self.now_ms).fetch_optional(connection).await?)
@@ -282,10 +286,11 @@ impl Claimant {
         recording: &RecordingRow,
     ) -> Result<Option<Claimed>, StoreError> {
         let row = sqlx::query(
-            "SELECT number FROM recording_attempts
-             WHERE recording_id = $1 AND outcome IS NULL AND owner = '' ORDER BY number LIMIT 1",
+            "SELECT number, tries FROM recording_attempts
+             WHERE recording_id = $1 AND outcome IS NULL AND owner = '' AND not_before <= $2 ORDER BY number LIMIT 1",
         )
         .bind(recording.id.as_str())
+        .bind(self.now_ms)
         .fetch_optional(&mut *connection)
         .await?;
         let Some(row) = row else { return Ok(None) };
@@ -304,8 +309,8 @@ impl Claimant {
         .await?;
         self.note_taken(connection, &recording.id).await?;
         let lease = AttemptLease { id: recording.id.clone(), number, token };
-        let claim = RecordingClaim { recording: recording.clone(), work: RecordingWork::Attempt(lease) };
-        Ok(Some(Claimed::Work(Box::new(claim))))
+        let (work, tries) = (RecordingWork::Attempt(lease), row.try_get::<i64, _>("tries")? + 1);
+        Ok(Some(Claimed::Work(Box::new(RecordingClaim { recording: recording.clone(), work, tries }))))
     }
 
     /// Ends the reservation of a recording that was taken.
@@ -350,7 +355,8 @@ impl Claimant {
             append(connection, &recording.id, self.now_ms, RecordingEventKind::Running, Map::new()).await?;
         }
         let lease = AttemptLease { id: recording.id, number, token };
-        let claim = RecordingClaim { recording: recording_of(&row)?, work: RecordingWork::Attempt(lease) };
+        let claim =
+            RecordingClaim { recording: recording_of(&row)?, work: RecordingWork::Attempt(lease), tries: 1 };
         Ok(if is_first { Claimed::Change(Box::new(claim)) } else { Claimed::Work(Box::new(claim)) })
     }
 
@@ -360,15 +366,16 @@ impl Claimant {
         recording: RecordingRow,
     ) -> Result<Claimed, StoreError> {
         let token = Uuid::new_v4().to_string();
-        sqlx::query(
-            "UPDATE recordings SET owner = $1, token = $2, lease_until = $3, was_beside = 0, reserved_by = NULL
-             WHERE id = $4",
+        let tries: i64 = sqlx::query_scalar(
+            "UPDATE recordings
+             SET owner = $1, token = $2, lease_until = $3, tries = tries + 1, was_beside = 0, reserved_by = NULL
+             WHERE id = $4 RETURNING tries",
         )
         .bind(&self.owner)
         .bind(&token)
         .bind(self.until_ms)
         .bind(recording.id.as_str())
-        .execute(&mut *connection)
+        .fetch_one(&mut *connection)
         .await?;
         // Which process assembles is of no interest: one event tells of it, however often it is begun.
         let is_repetition = ends_with(connection, &recording.id, RecordingEventKind::Assembling).await?;
@@ -377,7 +384,7 @@ impl Claimant {
                 .await?;
         }
         let lease = AssemblyLease { id: recording.id.clone(), token };
-        let claim = Box::new(RecordingClaim { recording, work: RecordingWork::Assembly(lease) });
+        let claim = Box::new(RecordingClaim { recording, work: RecordingWork::Assembly(lease), tries });
         Ok(if is_repetition { Claimed::Work(claim) } else { Claimed::Change(claim) })
     }
 }

@@ -85,7 +85,8 @@ async fn give_back(
     let Some(row) = row else { return Ok(false) };
     // With new tokens, a process that was only slow loses what it made.
     let attempts = sqlx::query(
-        "UPDATE recording_attempts SET owner = '', token = '', lease_until = 0, was_beside = 0
+        "UPDATE recording_attempts SET owner = '', token = '', lease_until = 0, was_beside = 0,
+                                       tries = CASE WHEN tries > 0 THEN tries - 1 ELSE 0 END
          WHERE recording_id = $1 AND owner = $2 AND outcome IS NULL",
     )
     .bind(id.as_str())
@@ -94,7 +95,9 @@ async fn give_back(
     .await?
     .rows_affected();
     let assembling = sqlx::query(
-        "UPDATE recordings SET owner = NULL, token = NULL, lease_until = 0, was_beside = 0 WHERE id = $1 AND owner = $2",
+        "UPDATE recordings SET owner = NULL, token = NULL, lease_until = 0, was_beside = 0,
+                               tries = CASE WHEN tries > 0 THEN tries - 1 ELSE 0 END
+         WHERE id = $1 AND owner = $2",
     )
     .bind(id.as_str())
     .bind(owner)

@@ -1,11 +1,12 @@
 //! Datasets and recordings by the rules of jobs: pauses, deaths of processes, isolation, failed attempts.
 
 use super::datasets::{file, submitted_dataset};
-use super::recordings::{made, new_recording};
+use super::recordings::{assembly, episode_lost, made, new_recording};
 use super::*;
-use crate::datasets::{AfterSetback, DatasetClaim, DatasetState, Setback};
+use crate::datasets::{DatasetClaim, DatasetState};
 use crate::queue::BackgroundWork;
 use crate::recordings::{AttemptLease, RecordingState, RecordingWork, SubmitRecordingOutcome};
+use crate::{AfterSetback, Setback};
 use scene::{DatasetId, RecordingId};
 
 const LEASE: Duration = Duration::from_secs(60);
@@ -141,6 +142,88 @@ pub(super) async fn a_freeze_that_fails_is_tried_again_after_a_delay_and_so_ofte
     assert_eq!(dataset_state(store, &id).await, failed);
     let other = submitted_dataset(store, "mugs").await;
     assert_eq!(dataset(store, "a", LEASE).await.expect("there is work").lease.id, other);
+}
+
+pub(super) async fn an_attempt_that_fails_is_tried_again_after_a_delay_and_so_often(place: Place) {
+    let store = place.store();
+    let id = ordered(store, 20).await;
+    // What storage could not write burns no try.
+    for _ in 0..4 {
+        let lease = attempt(store, "a", LEASE).await.expect("there is work");
+        assert_eq!(lease.number, 0);
+        let after = store.set_attempt_back(&lease, setback(false, Duration::ZERO)).await;
+        assert_eq!(after.expect("answers"), AfterSetback::Again);
+    }
+    for tries in 1..=3 {
+        let claim = in_time(async || {
+            let claim = store.claim_recording("a", LEASE, MAX_DEATHS).await.expect("answers")?;
+            let RecordingWork::Attempt(lease) = &claim.work else { panic!("attempts are missing") };
+            match lease.number {
+                0 => Some(claim),
+                // Others go on meanwhile, which changes nothing for the one that cannot be made.
+                _ => {
+                    store.keep_attempt(lease, made("success")).await.expect("keeps");
+                    None
+                }
+            }
+        });
+        let claim = claim.await;
+        assert_eq!(claim.tries, tries);
+        let RecordingWork::Attempt(lease) = claim.work else { panic!("attempts are missing") };
+        let set_back = store.set_attempt_back(&lease, setback(true, Duration::from_millis(120)));
+        let after = set_back.await.expect("answers");
+        assert_eq!(after, if tries == 3 { AfterSetback::Ended } else { AfterSetback::Again });
+        let next = attempt(store, "a", LEASE).await;
+        assert_ne!(next.as_ref().map(|lease| lease.number), Some(0), "it waits, or is over");
+        if let Some(next) = next {
+            store.keep_attempt(&next, made("success")).await.expect("keeps");
+        }
+    }
+    let failed = (RecordingState::Failed, Some("internal_error".to_owned()));
+    assert_eq!(recording_state(store, &id).await, failed);
+    assert_eq!(attempt(store, "a", LEASE).await, None);
+}
+
+pub(super) async fn assembling_that_fails_is_tried_again_after_a_delay_and_so_often(place: Place) {
+    let store = place.store();
+    let id = ordered(store, 1).await;
+    let lease = attempt(store, "a", LEASE).await.expect("there is work");
+    store.keep_attempt(&lease, made("success")).await.expect("keeps");
+    // Neither what storage could not write, nor what was given back, nor a death burns a try.
+    let lease = assembly(store, "a").await;
+    store.set_assembly_back(&lease, setback(false, Duration::ZERO)).await.expect("answers");
+    let lease = assembly(store, "a").await;
+    store.release_assembly(&lease).await.expect("gives back");
+    store.claim_recording("dead", Duration::ZERO, MAX_DEATHS).await.expect("answers").expect("there is work");
+    for tries in 1..=3 {
+        let claim = async || store.claim_recording("a", LEASE, MAX_DEATHS).await.expect("answers");
+        let claimed = in_time(claim).await;
+        assert_eq!(claimed.tries, tries);
+        let RecordingWork::Assembly(lease) = claimed.work else { panic!("all attempts are made") };
+        let set_back = store.set_assembly_back(&lease, setback(true, Duration::from_millis(200)));
+        let after = set_back.await.expect("answers");
+        assert_eq!(after, if tries == 3 { AfterSetback::Ended } else { AfterSetback::Again });
+        assert_eq!(claim().await, None, "it waits, or is over");
+        let late = store.set_assembly_back(&lease, setback(true, Duration::ZERO)).await;
+        assert!(matches!(late, Err(StoreError::RecordingLeaseLost { .. })), "{late:?}");
+    }
+    let failed = (RecordingState::Failed, Some("internal_error".to_owned()));
+    assert_eq!(recording_state(store, &id).await, failed);
+}
+
+pub(super) async fn an_episode_that_is_lost_again_and_again_ends_its_recording(place: Place) {
+    let store = place.store();
+    let id = ordered(store, 1).await;
+    for loss in 1..=3 {
+        let lease = attempt(store, "a", LEASE).await.expect("it is made again");
+        assert_eq!(lease.number, 0);
+        store.keep_attempt(&lease, made("success")).await.expect("keeps");
+        let lease = assembly(store, "a").await;
+        let after = store.forget_attempt(&lease, 0, episode_lost()).await.expect("answers");
+        assert_eq!(after, if loss == 3 { AfterSetback::Ended } else { AfterSetback::Again });
+    }
+    let failed = (RecordingState::Failed, Some("episode_lost".to_owned()));
+    assert_eq!(recording_state(store, &id).await, failed);
 }
 
 pub(super) async fn a_new_file_of_a_version_is_progress(place: Place) {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::recordings::{assembly, attempt, made, new_recording, submitted, work};
+use super::recordings::{assembly, attempt, episode_lost, made, new_recording, submitted, work};
 use super::*;
 use crate::events::Event;
 use crate::recordings::{
@@ -45,7 +45,7 @@ pub(super) async fn every_change_has_an_event_with_the_progress_after_it(place: 
     let given_back = assembly(&one, "a").await;
     one.release_assembly(&given_back).await.expect("gives back");
     let lease = assembly(&other, "b").await;
-    other.forget_attempt(&lease, taken_over.number).await.expect("forgets");
+    other.forget_attempt(&lease, taken_over.number, episode_lost()).await.expect("forgets");
     let again = attempt(&one, "a").await;
     one.keep_attempt(&again, made("success")).await.expect("keeps");
     let lease = assembly(&other, "b").await;

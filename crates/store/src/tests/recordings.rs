@@ -8,6 +8,7 @@ use crate::recordings::{
     RecordingArchive, RecordingFile, RecordingFilter, RecordingState, RecordingWork, SubmitRecordingOutcome,
 };
 use crate::retention::RetentionSettings;
+use crate::{AfterSetback, Setback};
 use scene::RecordingId;
 
 const LEASE: Duration = Duration::from_secs(60);
@@ -55,6 +56,12 @@ pub(super) fn made(outcome: &str) -> MadeAttempt {
     MadeAttempt { outcome: outcome.into(), detail: String::new(), unit }
 }
 
+/// What follows when the episode of an attempt is lost.
+pub(super) fn episode_lost() -> Setback {
+    let message = "the episode of attempt 0 was lost".to_owned();
+    Setback { code: "episode_lost", message, delay: Duration::ZERO, charged: true, max_attempts: 3 }
+}
+
 pub(super) async fn attempts_are_given_out_once_and_the_rest_goes_on_after_a_death(place: Place) {
     let (one, other) = (place.handle(0), place.handle(1));
     let id = submitted(&one, 2, 50).await;
@@ -91,7 +98,7 @@ pub(super) async fn attempts_are_given_out_once_and_the_rest_goes_on_after_a_dea
     assert!(progress.seconds_left.is_none_or(|seconds| seconds == 0.0), "nothing is missing: {progress:?}");
     let kept = other.kept_attempts(&id).await.expect("reads");
     let kept: Vec<_> = kept.iter().map(|kept| (kept.number, kept.tries, kept.made.is_success())).collect();
-    assert_eq!(kept, [(0, 1, false), (1, 2, true), (3, 1, true)]);
+    assert_eq!(kept, [(0, 1, false), (1, 1, true), (3, 1, true)], "a death is no try");
 }
 
 pub(super) async fn attempts_at_once_are_numbered_without_gaps(place: Place) {
@@ -193,7 +200,7 @@ pub(super) async fn a_dataset_is_assembled_by_one_process_and_outlives_sweeps(pl
     store.begin_assembly(&alive).await.expect("begins");
     store.record_recording_archive(&alive, archive(false)).await.expect("records");
     // A lost episode is made again.
-    store.forget_attempt(&alive, 0).await.expect("forgets");
+    assert_eq!(store.forget_attempt(&alive, 0, episode_lost()).await.expect("forgets"), AfterSetback::Again);
     assert!(!store.renew_assembly(&alive, LEASE).await.expect("answers"));
     let lease = attempt(store, "b").await;
     assert_eq!(lease.number, 0);

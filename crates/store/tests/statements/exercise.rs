@@ -13,8 +13,7 @@ use store::batches::{BatchFilter, FeedRules, ItemContent, NewBatch, NewItem, Out
 use store::calls::{CallEnd, NewCall, Reservation};
 use store::checkpoints::{Checkpoint, StageKey};
 use store::datasets::{
-    DatasetFile, DatasetFilter, DatasetState, FreezeResult, FrozenVersion, NewDataset, Setback,
-    SubmitDatasetOutcome,
+    DatasetFile, DatasetFilter, DatasetState, FreezeResult, FrozenVersion, NewDataset, SubmitDatasetOutcome,
 };
 use store::jobs::JobFilter;
 use store::queue::{AttemptOutcome, Schedule};
@@ -24,7 +23,7 @@ use store::recordings::{
 };
 use store::retention::RetentionSettings;
 use store::scenes::{NewScene, SceneFilter, SubmitOutcome};
-use store::{DEFAULT_TENANT, Digest, Lease, Store};
+use store::{DEFAULT_TENANT, Digest, Lease, Setback, Store};
 
 const LEASE: Duration = Duration::from_secs(60);
 
@@ -278,6 +277,16 @@ async fn batches_of_requests(store: &Store) {
     }
 }
 
+fn setback() -> Setback {
+    Setback {
+        code: "internal_error",
+        message: "m".into(),
+        delay: Duration::ZERO,
+        charged: true,
+        max_attempts: 9,
+    }
+}
+
 async fn datasets(store: &Store) {
     let new = || NewDataset {
         tenant_id: DEFAULT_TENANT.clone(),
@@ -294,14 +303,7 @@ async fn datasets(store: &Store) {
     store.claim_dataset("dead", Duration::ZERO, 9).await.unwrap().unwrap();
     tokio::time::sleep(Duration::from_millis(5)).await;
     let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
-    let setback = Setback {
-        code: "internal_error",
-        message: "m".into(),
-        delay: Duration::ZERO,
-        charged: true,
-        max_attempts: 9,
-    };
-    store.set_dataset_back(&claim.lease, setback).await.unwrap();
+    store.set_dataset_back(&claim.lease, setback()).await.unwrap();
     let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
     store.release_dataset(&claim.lease).await.unwrap();
     let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
@@ -360,6 +362,8 @@ async fn recordings(store: &Store, scene: &SceneId) {
     store.renew_attempt(&attempt, LEASE).await.unwrap();
     store.release_attempt(&attempt).await.unwrap();
     let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
+    store.set_attempt_back(&attempt, setback()).await.unwrap();
+    let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
     let made =
         || MadeAttempt { outcome: "success".into(), detail: String::new(), unit: Some(Digest::of(b"unit")) };
     store.keep_attempt(&attempt, made()).await.unwrap();
@@ -368,12 +372,14 @@ async fn recordings(store: &Store, scene: &SceneId) {
     store.kept_attempts(&id).await.unwrap();
     store.attempt_outcomes(&id).await.unwrap();
     let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
-    store.forget_attempt(&assembly, attempt.number).await.unwrap();
+    store.forget_attempt(&assembly, attempt.number, setback()).await.unwrap();
     let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
     store.keep_attempt(&attempt, made()).await.unwrap();
     let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
     store.renew_assembly(&assembly, LEASE).await.unwrap();
     store.release_assembly(&assembly).await.unwrap();
+    let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
+    store.set_assembly_back(&assembly, setback()).await.unwrap();
     let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
     store.begin_assembly(&assembly).await.unwrap();
     let archive = RecordingArchive {
