@@ -13,9 +13,9 @@ use super::execute::source;
 use super::foreground::computed;
 use super::generate::refused;
 use super::options::ConfigOptions;
-use super::output::check_apart;
+use super::output::{Kind, Output};
 use super::{Exit, Failure, input_file, number, runtime, scene_summary, signals, terminal};
-use crate::app::episodes::order::{FORMATS, MAX_COUNT, MAX_FPS, MAX_POINTS, format_named};
+use crate::app::episodes::order::{MAX_COUNT, MAX_FPS, MAX_POINTS, format_named};
 use crate::app::episodes::recorder::{Amount, RecordError, Recorded, Tally, record};
 use crate::app::episodes::{Cameras, EpisodesOrder, card, setup};
 use demonstrations::randomization::AXES;
@@ -53,9 +53,12 @@ pub struct Arguments {
         value_parser = number::seed
     )]
     seed: u64,
-    /// Folder for the dataset, which must not exist
+    /// Folder for the dataset
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Replace the dataset that an earlier run left in the folder of --out; a folder with other files is refused
+    #[arg(long)]
+    force: bool,
     /// lerobot-v3.0, lerobot-v3.0-images, lerobot-v2.1, lerobot-v2.1-images, robomimic, parquet-png
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "lerobot-v3.0", value_parser = format_named)]
     format: Vec<Format>,
@@ -117,11 +120,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn record_episodes(arguments: &Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
-    if arguments.out.exists() {
-        let place = arguments.out.display();
-        return Err(Failure::usage(format!("--out {place} exists; give another folder, or remove it")));
-    }
-    check_apart(&arguments.out, &[&arguments.bundle])?;
+    let output = Output::check(&arguments.out, Kind::Episodes, arguments.force, &[&arguments.bundle])?;
     let order = order(arguments)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
     let (of_setup, config) = (order.clone(), resolved.clone());
@@ -134,23 +133,26 @@ fn record_episodes(arguments: &Arguments) -> Result<Exit, Failure> {
         keeps_failures: order.keeps_failures,
         workers: arguments.workers.unwrap_or_else(cores),
     };
-    let card = card(title(arguments), &resolved, &setup);
+    let card = card(title(&output), &resolved, &setup);
     let waiting = runtime()?;
     let stop = stop_flag(&waiting)?;
     let progress = Progress::new(order.count, arguments.json);
     let see = |tally| progress.see(tally);
-    let recorded = record(&setup, &arguments.out, amount, card, &stop, &see).map_err(failure)?;
-    match arguments.json {
-        true => terminal::print(&format!("{:#}\n", document(arguments, &order, &recorded))),
-        false => terminal::print(&summary(arguments, &order, &recorded)),
-    }
+    let recorded = record(&setup, output.path(), amount, card, &stop, &see).map_err(failure)?;
+    output.publish(&recorded.dataset())?;
+    let report = match arguments.json {
+        true => format!("{:#}\n", document(arguments, &order, &recorded)),
+        false => summary(arguments, &order, &recorded),
+    };
+    recorded.forget_attempts().map_err(failure)?;
+    terminal::print(&report);
     Ok(Exit::Success)
 }
 
 fn order(arguments: &Arguments) -> Result<EpisodesOrder, Failure> {
     let tasks = arguments.task.iter().map(|given| source(given)).collect::<Result<_, _>>()?;
     let mut formats = arguments.format.clone();
-    formats.sort_by_key(|format| FORMATS.iter().position(|known| known == format));
+    formats.sort_by_key(|format| Format::ALL.iter().position(|known| known == format));
     formats.dedup();
     Ok(EpisodesOrder {
         tasks,
@@ -203,9 +205,8 @@ fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-fn title(arguments: &Arguments) -> String {
-    let name = arguments.out.file_name().unwrap_or_default();
-    name.to_string_lossy().into_owned()
+fn title(output: &Output) -> String {
+    output.path().file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Set by the first Ctrl-C.

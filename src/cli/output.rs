@@ -4,8 +4,8 @@
 //! - Forced, an earlier output of the same [`Kind`] is replaced as a whole. A folder with any file that is no part of
 //!   one is refused all the same, so no file of another origin is lost.
 //! - An input is never written to: the output is no input, holds none, and does not lie inside a bundle that is read.
-//! - A new folder is written beside its place as `NAME.partial-XXXXXX`, synced and renamed ([`partial`]). After a
-//!   failure or an interruption the earlier output is what it was.
+//! - A new folder is written beside its place as `NAME.partial-XXXXXX` (a dataset of episodes in `NAME.units`), synced
+//!   and renamed ([`partial`]). After a failure or an interruption the earlier output is what it was.
 //!
 //! Folders that later runs continue (batches, backups) are checked here too; they are never replaced.
 
@@ -54,6 +54,11 @@ impl Output {
     #[must_use]
     pub fn with_partials_in(self, folder: &Path) -> Self {
         Self { partials: Some(folder.to_owned()), ..self }
+    }
+
+    /// The path without symbolic links.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The path as it was given.

@@ -9,7 +9,7 @@ use super::bundle_input::BundleInput;
 use super::foreground::computed;
 use super::generate::refused;
 use super::options::ConfigOptions;
-use super::output::check_apart;
+use super::output::{Kind, Output};
 use super::{Exit, Failure, input_file, number, scene_summary, terminal};
 use crate::app::activity::staged;
 use crate::app::episodes::card;
@@ -34,9 +34,12 @@ pub struct Arguments {
     /// The bundle in which it was recorded: its folder, or its archive
     #[arg(long, visible_alias = "scene", value_name = "DIR_OR_ZIP")]
     bundle: PathBuf,
-    /// Folder for a dataset of this episode alone, which must not exist
+    /// Folder for a dataset of this episode alone
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace the dataset that an earlier run left in the folder of --out; a folder with other files is refused
+    #[arg(long, requires = "out")]
+    force: bool,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -54,13 +57,9 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn again(arguments: &Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
-    if let Some(out) = &arguments.out {
-        if out.exists() {
-            let place = out.display();
-            return Err(Failure::usage(format!("--out {place} exists; give another folder, or remove it")));
-        }
-        check_apart(out, &[&arguments.bundle, &arguments.dataset])?;
-    }
+    let inputs: [&Path; 2] = [&arguments.bundle, &arguments.dataset];
+    let check = |out: &PathBuf| Output::check(out, Kind::Episodes, arguments.force, &inputs);
+    let output = arguments.out.as_ref().map(check).transpose()?;
     let records = records_of(&arguments.dataset)?;
     let text = input_file::text(&records, "the records", DATASET_ADVICE)?;
     let episode = recorded_episode(&text, arguments.episode)
@@ -74,9 +73,8 @@ fn again(arguments: &Arguments) -> Result<Exit, Failure> {
         let made = made.map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
         Ok((setup, made.map_err(|what| Failure::new(Exit::TaskFailed, what))?))
     })?;
-    if let Some(out) = &arguments.out {
-        write(&setup, &resolved, out, &made.unit)
-            .map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
+    if let Some(output) = &output {
+        write(&setup, &resolved, output, &made.unit)?;
     }
     let (digest, frames) = (made.unit.digest(), made.unit.frames());
     if arguments.json {
@@ -107,13 +105,21 @@ fn summary(episode: &RecordedEpisode, frames: usize, is_same: bool) -> String {
     format!("episode {}, {frames} frames: {verdict}\n", episode.episode_index)
 }
 
-fn write(setup: &Setup, resolved: &Resolved, out: &Path, unit: &EpisodeUnit) -> Result<(), EpisodeError> {
-    let title = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
+/// Writes a dataset of one episode.
+fn write(setup: &Setup, resolved: &Resolved, output: &Output, unit: &EpisodeUnit) -> Result<(), Failure> {
+    const DATASET: &str = "dataset";
+    let title = output.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let card = card(title, resolved, setup);
-    let mut dataset = DatasetAssembler::create(out, setup.description().clone(), setup.formats(), card)?;
-    dataset.add(unit)?;
-    dataset.finish()?;
-    Ok(())
+    let partial = output.begin()?;
+    let written = || -> Result<(), EpisodeError> {
+        let (folder, description) = (partial.inside(DATASET), setup.description().clone());
+        let mut dataset = DatasetAssembler::create(&folder, description, setup.formats(), card)?;
+        dataset.add(unit)?;
+        dataset.finish()?;
+        Ok(())
+    };
+    written().map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
+    partial.publish_inside(DATASET)
 }
 
 /// The records of a dataset, which each of its formats has.

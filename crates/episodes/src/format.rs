@@ -55,6 +55,16 @@ pub struct Encodings {
 }
 
 impl Format {
+    /// Every format, depth in its usual form.
+    pub const ALL: [Self; 6] = [
+        Self::LeRobotV30 { images: ImageStorage::Video },
+        Self::LeRobotV30 { images: ImageStorage::Png },
+        Self::LeRobotV21 { images: ImageStorage::Video },
+        Self::LeRobotV21 { images: ImageStorage::Png },
+        Self::Robomimic,
+        Self::ParquetAndPng { depth: DepthStorage::PngMillimeters },
+    ];
+
     /// Whether its folder has video, and so may have a preview of each episode, which is H.264 too.
     pub fn has_video(self) -> bool {
         matches!(

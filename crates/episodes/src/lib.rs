@@ -45,12 +45,15 @@ mod robomimic;
 mod parquet_and_png;
 pub mod card;
 pub mod assembler;
+mod dataset_files;
 
 #[cfg(all(test, target_os = "linux"))]
 mod full_disk_tests;
 
 pub use assembler::DatasetAssembler;
+pub use dataset_files::is_of_dataset;
 pub use description::DatasetDescription;
 pub use encoder::EpisodeEncoder;
 pub use error::EpisodeError;
+pub use part_folder::sync_tree;
 pub use unit::EpisodeUnit;

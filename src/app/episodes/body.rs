@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::order::{Cameras, EpisodesOrder, FORMATS, format_named};
+use super::order::{Cameras, EpisodesOrder, format_named};
 use super::refused;
 use crate::api::episodes::EpisodesBody;
 use crate::api::error::{FieldError, Problem, ProblemType};
@@ -191,7 +191,7 @@ fn formats(names: &[String], errors: &mut Vec<FieldError>) -> Vec<Format> {
             Err(detail) => errors.push(FieldError::new(format!("/formats/{index}"), detail)),
         }
     }
-    formats.sort_by_key(|format| FORMATS.iter().position(|known| known == format));
+    formats.sort_by_key(|format| Format::ALL.iter().position(|known| known == format));
     formats.dedup();
     formats
 }

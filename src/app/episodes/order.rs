@@ -4,7 +4,7 @@ use crate::api::error::{FieldError, Problem};
 use crate::app::executions::TaskSource;
 use demonstrations::camera::USUAL;
 use demonstrations::{CameraSpec, Randomization};
-use episodes::format::{DepthStorage, Encodings, Format, ImageStorage};
+use episodes::format::{Encodings, Format};
 
 /// Largest number of episodes of an order.
 pub const MAX_COUNT: u64 = 100_000;
@@ -58,24 +58,14 @@ impl Cameras {
     }
 }
 
-/// Every format by the name of its folder.
-pub const FORMATS: [Format; 6] = [
-    Format::LeRobotV30 { images: ImageStorage::Video },
-    Format::LeRobotV30 { images: ImageStorage::Png },
-    Format::LeRobotV21 { images: ImageStorage::Video },
-    Format::LeRobotV21 { images: ImageStorage::Png },
-    Format::Robomimic,
-    Format::ParquetAndPng { depth: DepthStorage::PngMillimeters },
-];
-
 /// The format of a name.
 ///
 /// # Errors
 ///
 /// For people, with all names.
 pub fn format_named(name: &str) -> Result<Format, String> {
-    let names: Vec<&str> = FORMATS.iter().map(|format| format.folder()).collect();
-    FORMATS
+    let names: Vec<&str> = Format::ALL.iter().map(|format| format.folder()).collect();
+    Format::ALL
         .into_iter()
         .find(|format| format.folder() == name)
         .ok_or_else(|| format!("no format is named {name}; there are {}", names.join(", ")))
@@ -123,7 +113,7 @@ impl EpisodesOrder {
             // Where there are no formats, that is the fault.
             let is_kept = kept[index] || self.formats.is_empty();
             let keeps = |format: &&Format| Encodings::of(&[**format]).kept_measures()[index];
-            let names: Vec<&str> = FORMATS.iter().filter(keeps).map(|format| format.folder()).collect();
+            let names: Vec<&str> = Format::ALL.iter().filter(keeps).map(|format| format.folder()).collect();
             let detail = format!("is kept by none of the formats; add one of {}", names.join(", "));
             require(!is_wanted || is_kept, pointer, detail);
         }

@@ -4,7 +4,7 @@
 //! stopped and went on, and which attempts beyond the last were made, leaves no trace in it.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -22,12 +22,28 @@ pub struct Tally {
     pub successes: u64,
 }
 
-/// What was recorded.
-#[derive(Clone, Debug)]
+/// What was recorded. The dataset lies with its attempts until it has its place.
 pub struct Recorded {
     pub summary: DatasetSummary,
     /// How often attempts ended how, by `success` or reason.
     pub attempts: BTreeMap<String, u64>,
+    units: UnitFolder,
+}
+
+impl Recorded {
+    /// The complete dataset, to be moved to its place.
+    pub fn dataset(&self) -> PathBuf {
+        self.units.dataset()
+    }
+
+    /// Removes the attempts of a dataset that has its place.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordError::Folder`] if they cannot be removed.
+    pub fn forget_attempts(self) -> Result<(), RecordError> {
+        Ok(self.units.remove()?)
+    }
 }
 
 /// How much is wanted.
@@ -55,7 +71,8 @@ pub enum RecordError {
     Episode(#[from] EpisodeError),
 }
 
-/// Records an order into a new folder. Finished attempts are kept beside it until the dataset is complete.
+/// Records an order whose dataset is to be at `folder`. Beside that, finished attempts are kept, and in the end the
+/// dataset, until it has its place.
 ///
 /// # Errors
 ///
@@ -68,7 +85,6 @@ pub fn record(
     stop: &AtomicBool,
     progress: &(dyn Fn(Tally) + Sync),
 ) -> Result<Recorded, RecordError> {
-    refuse_existing(folder)?;
     let order = json!({
         "dataset": setup.description().digest(),
         "identity": setup.identity(),
@@ -91,20 +107,8 @@ pub fn record(
         *attempts.entry(outcome.outcome.clone()).or_insert(0) += 1;
     }
     let card = DatasetCard { attempts: attempts.clone(), ..card };
-    let summary = assemble(setup, folder, &units, &done, card)?;
-    units.remove()?;
-    Ok(Recorded { summary, attempts })
-}
-
-fn refuse_existing(folder: &Path) -> Result<(), EpisodeError> {
-    if !folder.exists() {
-        return Ok(());
-    }
-    Err(EpisodeError::Folder {
-        folder: folder.to_owned(),
-        what: "it exists".to_owned(),
-        correction: "choose another folder, or remove this one",
-    })
+    let summary = assemble(setup, &units, &done, card)?;
+    Ok(Recorded { summary, attempts, units })
 }
 
 /// The number of the attempt that is the last of the dataset. `None` if there are too few successes, or if an attempt
@@ -194,13 +198,13 @@ fn too_few(done: &BTreeMap<u64, AttemptOutcome>, successes: u64, count: u64) -> 
 
 fn assemble(
     setup: &Setup,
-    folder: &Path,
     units: &UnitFolder,
     done: &BTreeMap<u64, AttemptOutcome>,
     card: DatasetCard,
 ) -> Result<DatasetSummary, RecordError> {
     let description = setup.description();
-    let mut assembler = DatasetAssembler::create(folder, description.clone(), setup.formats(), card)?;
+    let folder = units.free_dataset()?;
+    let mut assembler = DatasetAssembler::create(&folder, description.clone(), setup.formats(), card)?;
     for (number, _) in done.iter().filter(|(_, outcome)| outcome.is_recorded) {
         let unit = EpisodeUnit::from_bytes(&units.unit(*number)?, description).inspect_err(|_| {
             // The same command makes it again.

@@ -1,7 +1,7 @@
 //! Finished attempts as files, so that an order goes on where it was stopped.
 //!
 //! `order.json` says what the attempts are of. `000017.unit` is an episode, `000017.json` the outcome of the attempt,
-//! which is written last. Both get their names when they are complete.
+//! which is written last. Both get their names when they are complete. `dataset` is what is assembled of them.
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Write as _};
@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use demonstrations::Attempted;
 
 const ORDER: &str = "order.json";
+const DATASET: &str = "dataset";
 
 /// What became of an attempt.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -154,6 +155,24 @@ impl UnitFolder {
     pub fn unit(&self, number: u64) -> Result<Vec<u8>, FolderError> {
         let path = self.path.join(format!("{number:06}.unit"));
         std::fs::read(&path).map_err(|source| self.error(&path, source))
+    }
+
+    /// The folder of the dataset.
+    pub fn dataset(&self) -> PathBuf {
+        self.path.join(DATASET)
+    }
+
+    /// The same, without a dataset that did not get its place.
+    ///
+    /// # Errors
+    ///
+    /// [`FolderError`].
+    pub fn free_dataset(&self) -> Result<PathBuf, FolderError> {
+        let path = self.dataset();
+        if path.exists() {
+            std::fs::remove_dir_all(&path).map_err(|source| self.error(&path, source))?;
+        }
+        Ok(path)
     }
 
     /// Forgets an attempt, which is then made again.

@@ -6,6 +6,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use episodes::is_of_dataset;
+
 /// The database of a data directory.
 pub(super) const DATABASE_FILE: &str = "tabletopgen.sqlite";
 
@@ -21,6 +23,8 @@ pub enum Kind {
     Execution,
     /// What `tasks` writes.
     Tasks,
+    /// A dataset of `episodes`.
+    Episodes,
     /// The folder of `batch`, which the next run continues.
     Batch,
     /// A backup, to which the next one adds what is new.
@@ -36,6 +40,7 @@ impl Kind {
             Self::Bundle => "a bundle",
             Self::Execution => "an execution",
             Self::Tasks => "a list of tasks",
+            Self::Episodes => "a dataset of episodes",
             Self::Batch => "a batch",
             Self::Backup => "a backup",
             Self::Artifacts => "artifacts of an evaluation",
@@ -105,6 +110,10 @@ fn membership(folder: &Path, kind: Kind, names: &[String]) -> Option<Membership>
             }))
         }
         Kind::Tasks => has("domain.bddl").then(|| Box::new(is_task_file) as Membership),
+        Kind::Episodes => {
+            let has_records = |name: &String| folder.join(name).join("records.jsonl").is_file();
+            names.iter().any(has_records).then(|| Box::new(is_of_dataset) as Membership)
+        }
         Kind::Batch => {
             let is_begun = has(".tabletopgen") || has("output.jsonl.part");
             let is_batch = is_begun || begins_with_a_record(&folder.join("output.jsonl"));

@@ -4,11 +4,11 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 
-use rayon::prelude::*;
 use tempfile::TempDir;
 
 use super::{Output, unwritable};
 use crate::cli::{Exit, Failure};
+use episodes::sync_tree;
 
 /// An unfinished folder; removed unless [`Partial::publish`] is called.
 pub struct Partial {
@@ -51,6 +51,11 @@ impl Partial {
         written.map_err(|error| unwritable(&self.output.shown, &error))
     }
 
+    /// A path inside, for what makes its folder itself; [`Self::publish_inside`] gives that its place.
+    pub fn inside(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
     /// Gives the folder its place. An earlier output that may be replaced is removed after that.
     ///
     /// # Errors
@@ -59,31 +64,53 @@ impl Partial {
     /// where.
     pub fn publish(self) -> Result<(), Failure> {
         let Self { output, folder } = self;
-        sync_all(folder.path()).map_err(|error| unwritable(&output.shown, &error))?;
-        if let Some(refusal) = output.refusal() {
+        sync_tree(folder.path()).map_err(|error| unwritable(&output.shown, &error))?;
+        // From here on it stays: at its place, or where the message says.
+        output.publish(&folder.keep())
+    }
+
+    /// Gives the place to a folder inside that is complete and has reached the disk.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::publish`].
+    pub fn publish_inside(self, name: &str) -> Result<(), Failure> {
+        let around = self.folder.keep();
+        self.output.publish(&around.join(name))?;
+        // It is empty, or went with what it held.
+        let _ = std::fs::remove_dir(around);
+        Ok(())
+    }
+}
+
+impl Output {
+    /// Gives the place to a folder that is complete and has reached the disk, which is that of the place. An earlier
+    /// output that may be replaced is removed after that.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Partial::publish`].
+    pub fn publish(&self, folder: &Path) -> Result<(), Failure> {
+        if let Some(refusal) = self.refusal() {
             return Err(kept(folder, &format!("{refusal}; the place was taken meanwhile")));
         }
-        if folder.path().parent() == Some(&*output.path) {
-            return move_up(folder, &output);
+        let failed = |error: io::Error| kept(folder, &unwritable(&self.shown, &error).message);
+        if folder.starts_with(&self.path) {
+            return move_up(folder, &self.path).map_err(failed);
         }
-        let replaced = match set_aside(&output, folder.path()) {
-            Ok(replaced) => replaced,
-            Err(error) => return Err(kept(folder, &unwritable(&output.shown, &error).message)),
-        };
-        if let Err(error) = std::fs::rename(folder.path(), &output.path) {
+        let replaced = set_aside(self, folder).map_err(failed)?;
+        if let Err(error) = std::fs::rename(folder, &self.path) {
             if let Some(replaced) = &replaced {
                 // If even that fails, the message still names the folder beside.
-                let _ = std::fs::rename(replaced, &output.path);
+                let _ = std::fs::rename(replaced, &self.path);
             }
-            return Err(kept(folder, &unwritable(&output.shown, &error).message));
+            return Err(failed(error));
         }
-        // It has another name now.
-        let _ = folder.keep();
-        let parent = output.path.parent().unwrap_or(Path::new("/"));
-        sync(parent).map_err(|error| unwritable(&output.shown, &error))?;
+        let parent = self.path.parent().unwrap_or(Path::new("/"));
+        sync(parent).map_err(|error| unwritable(&self.shown, &error))?;
         match replaced {
             Some(replaced) => std::fs::remove_dir_all(&replaced).map_err(|error| {
-                let (old, new) = (replaced.display(), output.shown.display());
+                let (old, new) = (replaced.display(), self.shown.display());
                 let message =
                     format!("{new} is written, but the output before, {old}, cannot be removed: {error}");
                 Failure::new(Exit::Error, message)
@@ -93,36 +120,35 @@ impl Partial {
     }
 }
 
-/// Moves the output before to a name beside it; `None` if there is none.
-fn set_aside(output: &Output, partial: &Path) -> io::Result<Option<PathBuf>> {
+/// Moves the output before to a new folder beside `folder`; `None` if there is none.
+fn set_aside(output: &Output, folder: &Path) -> io::Result<Option<PathBuf>> {
     let is_there = std::fs::read_dir(&output.path).is_ok_and(|mut entries| entries.next().is_some());
     if !is_there {
         // An empty folder gives way to a renamed one.
         return Ok(None);
     }
-    let mut name = partial.file_name().unwrap_or_default().to_owned();
-    name.push(".replaced");
-    let replaced = partial.with_file_name(name);
-    std::fs::rename(&output.path, &replaced)?;
+    let replaced = folder_in(folder.parent().unwrap_or(Path::new("/")), ".replaced-")?.keep();
+    std::fs::rename(&output.path, &replaced).inspect_err(|_| {
+        // It is empty.
+        let _ = std::fs::remove_dir(&replaced);
+    })?;
     Ok(Some(replaced))
 }
 
-/// Moves the content of a folder to the folder around it, which is empty otherwise.
-fn move_up(folder: TempDir, output: &Output) -> Result<(), Failure> {
-    let moved = std::fs::read_dir(folder.path()).and_then(|mut entries| {
-        entries.try_for_each(|entry| {
-            let entry = entry?;
-            std::fs::rename(entry.path(), output.path.join(entry.file_name()))
-        })
-    });
-    match moved.and_then(|()| sync(&output.path)) {
-        Ok(()) => Ok(()),
-        Err(error) => Err(kept(folder, &unwritable(&output.shown, &error).message)),
+/// Moves the content of a folder up to `place` around it, which is empty otherwise.
+fn move_up(folder: &Path, place: &Path) -> io::Result<()> {
+    std::fs::read_dir(folder)?.try_for_each(|entry| {
+        let entry = entry?;
+        std::fs::rename(entry.path(), place.join(entry.file_name()))
+    })?;
+    // What is around the content is empty now.
+    for around in folder.ancestors().take_while(|around| *around != place) {
+        std::fs::remove_dir(around)?;
     }
+    sync(place)
 }
 
-fn kept(folder: TempDir, message: &str) -> Failure {
-    let folder = folder.keep();
+fn kept(folder: &Path, message: &str) -> Failure {
     Failure::new(Exit::Error, format!("{message}; what was written is in {}", folder.display()))
 }
 
@@ -133,21 +159,6 @@ fn folder_in(parent: &Path, prefix: &str) -> io::Result<TempDir> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
     builder.tempdir_in(parent)
-}
-
-/// Syncs every file and folder below `folder`, and itself.
-fn sync_all(folder: &Path) -> io::Result<()> {
-    let mut paths = vec![folder.to_owned()];
-    let mut next = 0;
-    while next < paths.len() {
-        if paths[next].is_dir() {
-            for entry in std::fs::read_dir(&paths[next])? {
-                paths.push(entry?.path());
-            }
-        }
-        next += 1;
-    }
-    paths.par_iter().try_for_each(|path| sync(path))
 }
 
 fn sync(path: &Path) -> io::Result<()> {

@@ -145,7 +145,11 @@ fn each_kind_knows_its_own() {
     let folder = |name: &str, files: &[(&str, &str)]| {
         let folder = home.path().join(name);
         fs::create_dir_all(&folder).expect("made");
-        files.iter().for_each(|(file, text)| fs::write(folder.join(file), text).expect("written"));
+        for (file, text) in files {
+            let path = folder.join(file);
+            fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+            fs::write(path, text).expect("written");
+        }
         folder
     };
     let execution = r#"{ "task": {}, "seed": 1, "execution": {} }"#;
@@ -157,6 +161,10 @@ fn each_kind_knows_its_own() {
         (Kind::Tasks, &[("domain.bddl", ""), ("task_0001.json", ""), ("task_0001.bddl", "")], true),
         (Kind::Tasks, &[("domain.bddl", ""), ("task.json", "")], false),
         (Kind::Tasks, &[("task_0001.json", "")], false),
+        (Kind::Episodes, &[("robomimic/records.jsonl", ""), ("robomimic/dataset.hdf5", "")], true),
+        (Kind::Episodes, &[("robomimic/records.jsonl", ""), ("robomimic/policy.pth", "")], false),
+        (Kind::Episodes, &[("records/records.jsonl", "")], false),
+        (Kind::Episodes, &[("robomimic/dataset.hdf5", "")], false),
         (Kind::Batch, &[("output.jsonl", record), ("anything", "")], true),
         (Kind::Batch, &[("output.jsonl", "{}")], false),
         (Kind::Backup, &[(DATABASE_FILE, "")], true),

@@ -91,6 +91,9 @@ fn a_dataset_is_the_same_after_a_kill_and_with_other_workers() {
     let resumed = run(at, &with_two);
     assert!(resumed.status.success(), "{}", text(&resumed.stderr));
     assert!(!at.join("parted.units").exists());
+    let refused = run(at, &with_two);
+    assert_eq!(refused.status.code(), Some(2), "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("add --force to replace it"), "{}", text(&refused.stderr));
 
     let (whole, parted) = (files(&at.join("whole")), files(&at.join("parted")));
     // The title is the name of the folder.
@@ -104,6 +107,13 @@ fn again(at: &Path) {
     let words = ["regenerate-episode", "--dataset", "whole", "--scene", "scene", "--episode"];
     let made = run(at, &[&words[..], &["1", "--out", "again", "--json"]].concat());
     assert!(made.status.success(), "{}{}", text(&made.stdout), text(&made.stderr));
+    let first = files(&at.join("again"));
+    let replaced = run(at, &[&words[..], &["0", "--out", "again", "--force"]].concat());
+    assert!(replaced.status.success(), "{}", text(&replaced.stderr));
+    assert_ne!(files(&at.join("again")), first, "it holds the other episode");
+    let back = run(at, &[&words[..], &["1", "--out", "again", "--force"]].concat());
+    assert!(back.status.success(), "{}", text(&back.stderr));
+    assert_eq!(files(&at.join("again")), first);
     let report: serde_json::Value = serde_json::from_slice(&made.stdout).expect("JSON");
     assert_eq!((&report["same"], &report["digest"]), (&true.into(), &report["recorded_digest"]));
     let folder = |dataset: &str, number: u64| {
@@ -114,7 +124,9 @@ fn again(at: &Path) {
     let is_image = |path: &&PathBuf| path.extension().is_some_and(|end| end == "png");
     assert!(recorded.keys().filter(is_image).all(|image| recorded[image] == made[image]));
 
-    for (options, says) in [(&["2"][..], "has 2 episodes"), (&["0", "--out", "again"], "exists")] {
+    for (options, says) in
+        [(&["2"][..], "has 2 episodes"), (&["0", "--out", "again"], "add --force to replace it")]
+    {
         let refused = run(at, &[&words[..], options].concat());
         assert!(!refused.status.success());
         assert!(text(&refused.stderr).contains(says), "{options:?}: {}", text(&refused.stderr));
@@ -141,6 +153,7 @@ fn orders_that_will_not_do_are_refused_before_anything_is_recorded() {
         "fov_x_rad": 1.0, "width_px": 64, "height_px": 64}]"#;
     std::fs::write(at.join("inside.json"), inside).expect("written");
     std::fs::create_dir(at.join("there")).expect("made");
+    std::fs::write(at.join("there/thesis.tex"), "years of work").expect("written");
     for (options, says) in [
         (&["--task", TASK, "--count", "0", "--out", "d"][..], "--count"),
         (&["--task", TASK, "--count", "1", "--out", "d", "--format", "rlds"], "no format is named rlds"),
@@ -150,7 +163,7 @@ fn orders_that_will_not_do_are_refused_before_anything_is_recorded() {
         (&["--task", TASK, "--count", "1", "--out", "d", "--fps", "0"], "--fps"),
         (&["--task", TASK, "--count", "1", "--out", "d", "--amplitude", "mass=0.9"], "must be from 0 to 0.5"),
         (&["--task", TASK, "--count", "1", "--out", "d", "--amplitude", "wind=1"], "there is no axis wind"),
-        (&["--task", TASK, "--count", "1", "--out", "there"], "exists"),
+        (&["--task", TASK, "--count", "1", "--out", "there", "--force"], "no part of a dataset of episodes"),
         (
             &["--task", TASK, "--count", "1", "--out", "d", "--depth"],
             "is kept by none of the formats; add one of robomimic, parquet-png",

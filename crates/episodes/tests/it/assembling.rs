@@ -2,11 +2,12 @@
 //! appears complete.
 
 use std::fs;
+use std::path::PathBuf;
 use std::thread;
 
 use episodes::format::Format;
 use episodes::lerobot::v30::FileLimits;
-use episodes::{DatasetAssembler, EpisodeError, EpisodeUnit};
+use episodes::{DatasetAssembler, EpisodeError, EpisodeUnit, is_of_dataset};
 use tempfile::TempDir;
 
 use crate::reading::{PLAIN, V21, V30, V30_PNG, assembler, dataset, dataset_of, files, number, rows};
@@ -27,6 +28,9 @@ fn equal_episodes_give_equal_bytes() {
     let (first, second) = (dataset(ALL), dataset(ALL));
     let (first, second) = (files(first.folder.path()), files(second.folder.path()));
     assert!(first.len() > 50, "{} files", first.len());
+    let own = |path: &&PathBuf| is_of_dataset(path.to_str().expect("UTF-8").trim_start_matches("set/"));
+    let foreign: Vec<_> = first.keys().filter(|path| !own(path)).collect();
+    assert!(foreign.is_empty(), "{foreign:?} would be taken for files of others");
     assert!(first == second);
 }
 
