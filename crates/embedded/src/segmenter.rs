@@ -9,7 +9,7 @@ use ports::{
     Adapter, Answer, Call, Port, ProviderError, ReferenceImage, Segmentation, Segmenter, TopBoxes,
     TopViewImage,
 };
-use scene::{MaskEdges, Recognition};
+use scene::Recognition;
 
 /// Answers the segmentation port from ground truth or by segmentation.
 pub struct EmbeddedSegmenter {

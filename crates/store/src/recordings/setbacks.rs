@@ -8,6 +8,7 @@ use super::attempts::{SUCCESS, fail};
 use super::claim::{guard_assembly, guard_attempt};
 use super::events::append;
 use super::{AssemblyLease, AttemptLease, RecordingEventKind, stored};
+use crate::boxed;
 use crate::{AfterSetback, Setback, Store, StoreError, database};
 
 impl Store {
@@ -16,6 +17,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn set_attempt_back(
         &self,
         lease: &AttemptLease,
@@ -40,6 +42,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn set_assembly_back(
         &self,
         lease: &AssemblyLease,
@@ -62,6 +65,7 @@ impl Store {
     /// # Errors
     ///
     /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    #[boxed]
     pub async fn forget_attempt(
         &self,
         lease: &AssemblyLease,
