@@ -12,6 +12,7 @@ use super::support_surface::SupportSurface;
 use super::yielding::Yielding;
 use catalog::Zone;
 use scene::RelationKind;
+use scene::predicates::seat_yaw_rad;
 
 /// Cost per meter of space missing beside a group for objects that are still to be placed there.
 const SPACE_WEIGHT_PER_M: f64 = 30.0;
@@ -104,13 +105,17 @@ impl LayoutAttempt<'_> {
         let places: Vec<RelationKind> =
             self.table_relations(own).filter(|(_, kind)| !kind.is_support()).map(|(_, kind)| kind).collect();
         let constraints: Vec<&GroupConstraint> = layout.constraints_of(group).collect();
-        if let SupportSurface::Table { place_settings, .. } = layout.surface
+        if let SupportSurface::Table { outline, place_settings, .. } = layout.surface
             && let Some((_, setting)) = place_settings.iter().find(|(object, _)| *object == own.root)
         {
             let mut at = *setting;
             let drift = 0.03 + 0.002 * f64::from(number);
             at.xy_m.x += drift * self.rng.random_range(-1.0..1.0);
             at.xy_m.y += drift * self.rng.random_range(-1.0..1.0);
+            // The person sits at the edge that is nearest now.
+            if self.stated.seated.iter().any(|(_, _, plate)| *plate == own.root) {
+                at.yaw_rad = seat_yaw_rad(at.xy_m, outline);
+            }
             return at;
         }
         if !constraints.is_empty()
