@@ -18,8 +18,7 @@ pub(super) struct Resolved {
     pub bytes: Range<usize>,
 }
 
-/// Resolves the longest form of a phrase that is understood; a word is left out only if another rule reads it, such as
-/// "on the second book" of "put the third book on the second book".
+/// Resolves the longest form of a phrase that is understood; a word is left out only if another rule reads it.
 ///
 /// # Errors
 ///
@@ -47,19 +46,10 @@ pub(super) fn resolved(
             Err(ReferenceError::NotUnderstood { phrase, words }) => {
                 first_error.get_or_insert(Refusal::ReferenceNotUnderstood { phrase, words });
             }
-            Err(error) if states_goal(description, &(phrase.bytes.end..bytes.end)) => {
-                first_error.get_or_insert(refusal(error));
-            }
             Err(error) => return Err(refusal(error)),
         }
     }
     Err(first_error.unwrap_or(Refusal::NoGoal))
-}
-
-/// Whether bytes of the text state a part of the goal.
-fn states_goal(description: &SceneDescription, bytes: &Range<usize>) -> bool {
-    let goals = description.understood.iter().filter(|part| matches!(part.meaning, TextMeaning::Goal { .. }));
-    goals.into_iter().any(|part| part.span.start < bytes.end && bytes.start < part.span.end)
 }
 
 /// The refusal of a phrase.

@@ -74,7 +74,7 @@ fn untrue(description: &SceneDescription, property: &str, value: &str, ids: &[In
 }
 
 /// What is wrong with an account as a whole: every word is explained by one claim, or reported. Words of one claim may
-/// say several things of their objects ("water the plant" is an object and a goal); a property has words of its own.
+/// have several meanings ("water the plant" is an object and a goal); a property has words of its own.
 fn faults(understood: &[Understood], unrecognized: &[Unrecognized]) -> Vec<String> {
     let explains = |part: &&Understood| !matches!(part.meaning, TextMeaning::Correction { .. });
     let parts: Vec<&Understood> = understood.iter().filter(explains).collect();
@@ -168,15 +168,16 @@ fn unnamed_stand_in(description: &SceneDescription) -> Option<String> {
     })
 }
 
-/// Texts whose accounts have a fault: a verb, an agent or a particle that the name of an object explains, and words of a
-/// remark or of a pile with two meanings. The rules that use these words claim nothing for them.
+/// Texts whose accounts are wrong: the name of an object explains a verb, an agent or a particle, or words of a remark
+/// or of a pile have two meanings. The rules that use these words claim nothing for them.
 const KNOWN: &[&str] = &[
     "A workbench with the usual tools, excluding hammers and saws.",
     "Place a big plate and a small plate. Put a donut on the big one.",
     "Position a cup at x = 0.2 m, y = -0.1 m relative to the table center.",
     "Place a red block at (10 cm, 5 cm) and a blue block at (-10 cm, 5 cm).",
     "A candle on every plate, three plates altogether, side by side.",
-    "A 40 cm wide basket with two towels, next to it a bar of soap; the robot has to fold nothing, this is only a picture.",
+    "A 40 cm wide basket with two towels, next to it a bar of soap; the robot has to fold nothing, this is only a \
+     picture.",
     "Placement of the egg in the bowl by the arm",
     "mug upright please",
     "hand over the pen from the left arm to the right arm",
