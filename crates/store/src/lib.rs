@@ -56,8 +56,8 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-// The body of an `async fn` is compiled in every crate that awaits it, which for those with SQL takes minutes; that of a
-// boxed future is compiled here, once.
+// The body of an `async fn` is compiled in every crate that awaits it, which for those with SQL takes minutes; that
+// of a boxed future is compiled here, once.
 use async_recursion::async_recursion as boxed;
 use tokio::sync::watch;
 
