@@ -34,10 +34,10 @@ CARGO = os.environ.get("CARGO", "cargo")
 KILLS = 6
 # The bar of reliability with counts that take less than a minute.
 RELIABILITY = ["--only", "kills,posts", "--kills", "8", "--posts", "50"]
-# So many sample scenes meet every judge at full length. Of the others Drake and PyBullet see a second instead of five, and no
-# examples of the README run: `make bars` has both.
-JUDGED_FULLY = 2
-SLOW_SECONDS = 1.0
+# Drake and PyBullet take up to a minute of processor time per simulated second: so many sample scenes they see for a
+# second, and the README's examples run on them; the others for a quarter. `make bars BARS=sentences` has five.
+JUDGED_LONGER = 2
+SLOW_SECONDS_LONGER, SLOW_SECONDS = 1.0, 0.25
 # The judges' own test breaks a bundle five dozen times: the smaller the better.
 SMALL_SCENE = "An office desk with exactly a mug and a book and nothing else"
 # Where tests leave what the judges are asked about; not the target directory, of which they do not know.
@@ -350,8 +350,8 @@ def judge_sample(target: Path, environment: Path) -> str:
     fully = [name for name in JUDGE_NAMES if name != "robotics_prop"]
     briefly = [name for name in fully if name != "readme"]
     findings = judge_beside(environment, [
-        {"bundles": bundles[:JUDGED_FULLY], "only": fully},
-        {"bundles": bundles[JUDGED_FULLY:], "only": briefly, "slow_seconds": SLOW_SECONDS},
+        {"bundles": bundles[:JUDGED_LONGER], "only": fully, "slow_seconds": SLOW_SECONDS_LONGER},
+        {"bundles": bundles[JUDGED_LONGER:], "only": briefly, "slow_seconds": SLOW_SECONDS},
     ])
     for bundle in bundles:
         verdicts = findings["bundles"][str(bundle.resolve())]
