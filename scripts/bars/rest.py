@@ -121,7 +121,7 @@ def page(wanted, made, found) -> tuple:
     scenes = [[wish.name, wish.kind, wish.seed, wish.text] for wish in wanted]
     text = (
         "Each scene is loaded by the lines of its bundle's README and simulated for five seconds. It rests where no object "
-        "is farther from its pose in `scene.json` than a quarter of its smallest side or turned by more than 2 degrees, and "
+        "is farther from its pose in `scene.json` than a quarter of its smallest side or turned by more than 2 degrees (30 in Drake), and "
         "no pair is deeper in each other at the end than a quarter of the thinner one's smallest side or 2 mm. The worst "
         "object is the one nearest to its limit, or farthest beyond. Pinocchio only loads.\n\n" + table(COLUMNS, rows)
     )

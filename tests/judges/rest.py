@@ -26,7 +26,6 @@ from verdict import Verdict, bodies, read_scene, rotation
 
 DURATION_S = 5.0
 SIDE_SHARE = 0.25
-TURN_RAD = math.radians(2)
 DEPTH_M = 0.002
 LIMIT_S = 1800
 LINES = Path(__file__).with_name("rest_lines.py")
@@ -44,6 +43,8 @@ class Program:
     example: int = 0
     environment: str = ""
     sample: bool = False
+    # How far an object may turn, degrees.
+    turn_deg: float = 2.0
 
     @property
     def folder(self) -> Path:
@@ -97,7 +98,7 @@ def rest(bundle: Path, program: str, duration_s: float = DURATION_S) -> Rest:
     if lost:
         found.failure = f"{lost[0]} has no finite pose any more"
         return found
-    measure_movement(found, scene, poses)
+    measure_movement(found, scene, poses, math.radians(PROGRAMS[program].turn_deg))
     measure_depth(found, bundle, scene, poses)
     return found
 
@@ -114,13 +115,13 @@ def check_rest(verdict: Verdict, bundle: Path, program: str, duration_s: float =
     }
 
 
-def measure_movement(found: Rest, scene, poses):
+def measure_movement(found: Rest, scene, poses, limit_rad: float):
     for instance in scene["instances"]:
         position, turn = poses[instance["name"]]
         moved_m = float(np.linalg.norm(position - instance["translation_m"]))
         relative = rotation(instance["rotation_xyzw"]).T @ rotation(turn)
         turned_rad = math.acos(min(1.0, max(-1.0, (np.trace(relative) - 1.0) / 2.0)))
-        share = max(moved_m / (SIDE_SHARE * min(instance["size_m"])), turned_rad / TURN_RAD)
+        share = max(moved_m / (SIDE_SHARE * min(instance["size_m"])), turned_rad / limit_rad)
         if share <= 1.0:
             found.held += 1
         else:
