@@ -30,7 +30,7 @@ COLUMNS = [
     "program", "scenes that rest", "objects", "worst object", "moved, mm", "turned, degrees", "deepest pair", "mm",
     "step, ms", "CPU s per simulated s, median", "most",
 ]
-JUDGE = ("rest.py", "rest_lines.py", "rest_lines.mjs", "rest_scenes.toml")
+JUDGE = ("rest.py", "rest_lines.py", "rest_lines.mjs", "rest_scenes.toml", "rest_programs.toml")
 
 
 def main() -> bool:
@@ -119,9 +119,11 @@ def page(wanted, made, found) -> tuple:
         for name, of in found.items() for one in of if not one["holds"]
     ]
     scenes = [[wish.name, wish.kind, wish.seed, wish.text] for wish in wanted]
+    others = ", ".join(f"{one['turn_deg']} in {one['name']}" for one in simulators() if "turn_deg" in one)
     text = (
         "Each scene is loaded by the lines of its bundle's README and simulated for five seconds. It rests where no object "
-        "is farther from its pose in `scene.json` than a quarter of its smallest side or turned by more than 2 degrees (30 in Drake), and "
+        "is farther from its pose in `scene.json` than a quarter of its smallest side or turned by more than 2 degrees "
+        f"({others}), and "
         "no pair is deeper in each other at the end than a quarter of the thinner one's smallest side or 2 mm. The worst "
         "object is the one nearest to its limit, or farthest beyond. Pinocchio only loads.\n\n" + table(COLUMNS, rows)
     )

@@ -4,7 +4,7 @@
 
 Each example runs in a process and an environment of its own (`scripts/programs.py` makes those that are not the judges'),
 until five seconds are simulated. Then no object may be farther from its pose than a quarter of its smallest side, or
-turned by more than two degrees, and no two bodies may be deeper in each other than a quarter of the thinner one's smallest
+turned by more than two degrees (or what rest_programs.toml says of its program), and no two bodies may be deeper in each other than a quarter of the thinner one's smallest
 side or 2 mm. One measure serves all programs: MuJoCo finds the depth of the exported shapes at the poses that each ended
 with. A program that only loads the scene (Pinocchio) holds where its example ends well.
 """
@@ -103,7 +103,7 @@ def rest(bundle: Path, program: str, duration_s: float = DURATION_S) -> Rest:
     return found
 
 
-def check_rest(verdict: Verdict, bundle: Path, program: str, duration_s: float = DURATION_S):
+def check_rest(verdict: Verdict, bundle: Path, program: str, duration_s: float = DURATION_S) -> Rest:
     """What a judge of one format tells of rest in its program."""
     found = rest(bundle, program, duration_s)
     if found.failure:
@@ -113,6 +113,7 @@ def check_rest(verdict: Verdict, bundle: Path, program: str, duration_s: float =
         "nearest_to_limit": f"{found.worst} {found.moved_mm:.2f} mm {found.turned_deg:.2f} deg",
         "deepest": f"{found.deepest} {found.depth_mm:.2f} mm", "cpu_s_per_s": round(found.cpu_s_per_s, 2),
     }
+    return found
 
 
 def measure_movement(found: Rest, scene, poses, limit_rad: float):

@@ -28,9 +28,11 @@ def judge(bundle: Path, duration_s: float = DURATION_S) -> Verdict:
         return Verdict("sdf", [f"Drake fails: {run.stderr.strip()[-500:]}"])
     verdict = Verdict("sdf", **json.loads(run.stdout))
     if not verdict.complaints:
-        check_rest(verdict, bundle, PROGRAM, duration_s)
-        for name, (moved_mm, turned_deg) in verdict.facts["unstable"].items():
+        found = check_rest(verdict, bundle, PROGRAM, duration_s)
+        for name, (moved_mm, turned_deg) in found.unstable.items():
             verdict.complaints.append(f"{name} moves by {moved_mm} mm and turns by {turned_deg} degrees in Drake")
+        if found.deepest_share > 1.0:
+            verdict.complaints.append(f"{found.deepest} are {found.depth_mm:.1f} mm in each other in Drake")
     return verdict
 
 
