@@ -34,9 +34,11 @@ CARGO = os.environ.get("CARGO", "cargo")
 KILLS = 6
 # The bar of reliability with counts that take less than a minute.
 RELIABILITY = ["--only", "kills,posts", "--kills", "8", "--posts", "50"]
-# Drake and PyBullet take up to a minute of processor time per simulated second: so many sample scenes they see for a
-# second, and the README's examples run on them; the others for a quarter. `make bars BARS=sentences` has five.
-JUDGED_LONGER = 2
+# Drake and PyBullet take up to a minute of processor time per simulated second, and the README's examples two minutes.
+# The first scene gets a second and the examples, some more get a quarter of a second, and the others are not simulated
+# there; `make bars BARS=sentences` gives all of them five seconds.
+SLOW_JUDGES = ("bullet", "sdf")
+JUDGED_LONGER, JUDGED_BRIEFLY = 1, 3
 SLOW_SECONDS_LONGER, SLOW_SECONDS = 1.0, 0.25
 # The judges' own test breaks a bundle five dozen times: the smaller the better.
 SMALL_SCENE = "An office desk with exactly a mug and a book and nothing else"
@@ -72,7 +74,6 @@ def main() -> int:
         ("clippy", lambda: cargo("clippy", "--workspace", "--locked", "--all-targets", "--", "-D", "warnings")),
         ("documentation", document),
         ("cargo test", lambda: with_postgres(target, test_workspace)),
-        ("tests on PostgreSQL", lambda: with_postgres(target, test_on_postgres)),
         ("programs", build_programs),
         ("words", lambda: check_words(target)),
         ("sample scenes", lambda: make_sample(target)),
@@ -126,8 +127,8 @@ def run(command, environment=None) -> None:
         raise Problem(ended(command, code))
 
 
-def streamed(command, environment=None, errors=None) -> tuple:
-    """The exit code and the lines of a command's output, which is shown as it comes; with `errors`, its errors too."""
+def streamed(command, environment=None, errors=None, shown=True) -> tuple:
+    """The exit code and the lines of a command's output; with `errors`, its errors too. Shown as they come, or not."""
     lines = []
     with subprocess.Popen(
         [str(part) for part in command],
@@ -140,8 +141,9 @@ def streamed(command, environment=None, errors=None) -> tuple:
         errors="replace",
     ) as process:
         for line in process.stdout:
-            sys.stdout.write(line)
-            sys.stdout.flush()
+            if shown:
+                sys.stdout.write(line)
+                sys.stdout.flush()
             lines.append(line)
         code = process.wait()
     return code, lines
@@ -200,12 +202,16 @@ def with_postgres(target: Path, step) -> str:
             del os.environ[postgres.VARIABLE]
 
 
-def cargo_test(*arguments, more=None) -> str:
+def cargo_test(*arguments, more=None, shown=True) -> str:
+    """What cargo's tests are, as a sentence. What they print is shown as it comes, or else at the end in one piece."""
     # Without an adapter the tests of the GPU kernels fail instead of passing by doing nothing.
     environment = {"TABLETOPGEN_GPU_TESTS": os.environ.get("TABLETOPGEN_GPU_TESTS", "require"), **(more or {})}
     command = [CARGO, "test", "--locked", *arguments]
     # In one stream, so that it can be told which program a failing test is of.
-    code, lines = streamed(command, environment, errors=subprocess.STDOUT)
+    code, lines = streamed(command, environment, errors=subprocess.STDOUT, shown=shown)
+    if not shown:
+        sys.stdout.write("".join(lines))
+        sys.stdout.flush()
     results = cargo_results.read(lines)
     if code != 0:
         raise Problem(results.complaint() or ended(command, code))
@@ -215,17 +221,33 @@ def cargo_test(*arguments, more=None) -> str:
 
 
 def test_workspace() -> str:
+    """The integration tests, which wait more than they compute, beside all others."""
     for name in ("usd_layers", "specimen"):
         shutil.rmtree(LEFT / name, ignore_errors=True)
-    return cargo_test("--workspace", "--no-fail-fast")
+    cargo("test", "--workspace", "--locked", "--no-run")
+    with ThreadPoolExecutor(2) as pool:
+        lanes = [pool.submit(test_integration), pool.submit(test_units)]
+    wrong = [str(lane.exception()) for lane in lanes if isinstance(lane.exception(), Problem)]
+    if wrong:
+        raise Problem("; ".join(wrong))
+    return "; ".join(lane.result() for lane in lanes)
 
 
-def test_on_postgres() -> str:
-    """The integration tests that start servers, once more, on PostgreSQL instead of SQLite. Left out are those that open
-    the SQLite file or expect that a lease in it ends with its process."""
+def test_integration() -> str:
+    """On SQLite, and those that start servers once more on PostgreSQL. Left out there are those that open the SQLite file
+    or expect that a lease in it ends with its process."""
+    on_sqlite = cargo_test("--workspace", "--no-fail-fast", "--test", "it", shown=False)
     tests = ("api::", "worker::lifecycle", "worker::drain", "worker::single_flight")
-    on_postgres = {"TABLETOPGEN_TEST_DATABASE": "postgres"}
-    return cargo_test("--workspace", "--no-fail-fast", "--test", "it", "--", *tests, more=on_postgres)
+    postgres_too = {"TABLETOPGEN_TEST_DATABASE": "postgres"}
+    asked = ("--workspace", "--no-fail-fast", "--test", "it", "--", *tests)
+    return f"integration {on_sqlite}; on PostgreSQL {cargo_test(*asked, more=postgres_too, shown=False)}"
+
+
+def test_units() -> str:
+    # Every test program but those named `it`: names of another first letter, and longer ones of this.
+    programs = ("--lib", "--bins", "--test", "[!i]*", "--test", "i??*")
+    units = cargo_test("--workspace", "--no-fail-fast", *programs)
+    return f"others {units}; in documentation {cargo_test('--workspace', '--no-fail-fast', '--doc')}"
 
 
 def build_programs() -> str:
@@ -349,9 +371,12 @@ def judge_sample(target: Path, environment: Path) -> str:
     # NVIDIA's judges take a second a prop: they see the layers a test left and the small scene, in other steps.
     fully = [name for name in JUDGE_NAMES if name != "robotics_prop"]
     briefly = [name for name in fully if name != "readme"]
+    quickly = [name for name in briefly if name not in SLOW_JUDGES]
+    longer, others = bundles[:JUDGED_LONGER], bundles[JUDGED_LONGER:]
     findings = judge_beside(environment, [
-        {"bundles": bundles[:JUDGED_LONGER], "only": fully, "slow_seconds": SLOW_SECONDS_LONGER},
-        {"bundles": bundles[JUDGED_LONGER:], "only": briefly, "slow_seconds": SLOW_SECONDS},
+        {"bundles": longer, "only": fully, "slow_seconds": SLOW_SECONDS_LONGER},
+        {"bundles": others[:JUDGED_BRIEFLY], "only": briefly, "slow_seconds": SLOW_SECONDS},
+        {"bundles": others[JUDGED_BRIEFLY:], "only": quickly},
     ])
     for bundle in bundles:
         verdicts = findings["bundles"][str(bundle.resolve())]

@@ -1,4 +1,5 @@
-"""Forty scenes rest in every simulator that is promised, by the lines of the bundle's README.
+"""Forty scenes rest in every simulator in which that is promised, by the lines of the bundle's README. Those in which it is
+not (`not_promised` in tests/judges/rest_programs.toml) are measured too and fail nothing.
 
     PYTHONPATH=scripts python3 -m bars.rest [--target-dir target] [--simulators "MuJoCo 3.3.0;..."] [--scenes 40]
         [--program target/debug/tabletopgen]
@@ -27,7 +28,7 @@ from server import Problem
 AT_ONCE = 2
 SCENES = 40
 COLUMNS = [
-    "program", "scenes that rest", "objects", "worst object", "moved, mm", "turned, degrees", "deepest pair", "mm",
+    "program", "promised", "scenes that rest", "objects", "worst object", "moved, mm", "turned, degrees", "deepest pair", "mm",
     "step, ms", "CPU s per simulated s, median", "most",
 ]
 JUDGE = ("rest.py", "rest_lines.py", "rest_lines.mjs", "rest_scenes.toml", "rest_programs.toml")
@@ -112,12 +113,14 @@ def page(wanted, made, found) -> tuple:
     """(text, whether all hold)."""
     wrong = [f"- {wish.name}: {'; '.join(reasons)}" for wish, (_, reasons) in zip(wanted, made) if reasons]
     count = sum(bundle is not None for bundle, _ in made)
-    rows = [row(name, of) for name, of in found.items() if of]
+    why_not = {one["name"]: one["not_promised"] for one in simulators() if "not_promised" in one}
+    rows = [row(name, "no" if name in why_not else "yes", of) for name, of in found.items() if of]
     missing = [f"- {name}: {count - len(of)} of {count} scenes" for name, of in found.items() if len(of) < count]
-    falls = [
-        f"- {name}, {Path(one['bundle']).name}: {words(one)}"
-        for name, of in found.items() for one in of if not one["holds"]
-    ]
+    falls = {
+        name: [f"- {name}, {Path(one['bundle']).name}: {words(one)}" for one in of if not one["holds"]]
+        for name, of in found.items()
+    }
+    broken = any(falls[name] or len(found[name]) < count for name in found if name not in why_not)
     scenes = [[wish.name, wish.kind, wish.seed, wish.text] for wish in wanted]
     others = ", ".join(f"{one['turn_deg']} in {one['name']}" for one in simulators() if "turn_deg" in one)
     text = (
@@ -127,23 +130,28 @@ def page(wanted, made, found) -> tuple:
         "no pair is deeper in each other at the end than a quarter of the thinner one's smallest side or 2 mm. The worst "
         "object is the one nearest to its limit, or farthest beyond. Pinocchio only loads.\n\n" + table(COLUMNS, rows)
     )
-    for title, lines in (("Not certified", wrong), ("What does not rest", falls), ("Not measured", missing)):
+    not_promised = [f"- {name}: {why}" for name, why in why_not.items()]
+    fallen = [line for lines in falls.values() for line in lines]
+    for title, lines in (
+        ("Where rest is not promised", not_promised), ("Not certified", wrong), ("What does not rest", fallen),
+        ("Not measured", missing),
+    ):
         text += f"\n\n## {title}\n\n" + "\n".join(lines) if lines else ""
     text += "\n\n## Scenes\n\n" + table(["scene", "kind", "seed", "text"], scenes)
-    return text, not wrong and not falls and not missing
+    return text, not wrong and not broken
 
 
-def row(program: str, found: list) -> list:
+def row(program: str, promised: str, found: list) -> list:
     moved = max(found, key=lambda one: one["worst_share"], default=None)
     deep = max(found, key=lambda one: one["deepest_share"], default=None)
     costs = [one["cpu_s_per_s"] for one in found if one["step_s"]]
     held = f"{sum(one['holds'] for one in found)} of {len(found)}"
     objects = f"{sum(one['held'] for one in found)} of {sum(one['objects'] for one in found)}"
     if not costs:
-        return [program, held, objects] + ["-"] * 8
+        return [program, promised, held, objects] + ["-"] * 8
     of = lambda one, name: f"{one[name]} ({Path(one['bundle']).name})"
     return [
-        program, held, objects, of(moved, "worst"), f"{moved['moved_mm']:.2f}", f"{moved['turned_deg']:.2f}",
+        program, promised, held, objects, of(moved, "worst"), f"{moved['moved_mm']:.2f}", f"{moved['turned_deg']:.2f}",
         of(deep, "deepest"), f"{deep['depth_mm']:.2f}", f"{1e3 * max(one['step_s'] for one in found):.1f}",
         f"{statistics.median(costs):.2f}", f"{max(costs):.2f}",
     ]

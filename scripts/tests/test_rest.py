@@ -107,6 +107,21 @@ class Page(unittest.TestCase):
         self.assertFalse(held)
         self.assertIn("## Not measured\n\n- Drake: 1 of 1 scenes", text)
 
+    def test_where_rest_is_not_promised_the_page_says_why_and_the_bundle_too(self):
+        why_not = {one["name"]: one for one in simulators() if "not_promised" in one}
+        self.assertTrue(why_not)
+        wanted, made = [Wish("tower", "stack", 1, "A tower")], [(Path("/scenes/tower"), [])]
+        fallen = told(holds=False, held=4, worst_share=10.0, moved_mm=270.0, turned_deg=90.0)
+        for name, one in why_not.items():
+            text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [told()], name: [fallen]})
+            self.assertTrue(held)
+            self.assertIn(f"- {name}: {one['not_promised']}", text)
+            self.assertIn(f"- {name}, tower: cube_5 moves 270.00 mm and turns 90.00 degrees", text)
+        readme = (ROOT / "crates/export/src/readme_template.md").read_text(encoding="utf-8")
+        sections = {part.split("\n")[0].split(" (")[0]: part for part in readme.split("\n## ")[1:]}
+        told_by = {heading for heading, part in sections.items() if "Rest is not promised" in " ".join(part.split())}
+        self.assertEqual(told_by, {one["heading"] for one in why_not.values()})
+
     def test_findings_are_kept_for_as_long_as_the_program_is_the_same(self):
         with tempfile.TemporaryDirectory() as folder:
             program, kept = Path(folder) / "program", Path(folder) / "rest"

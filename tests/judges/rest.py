@@ -45,6 +45,8 @@ class Program:
     sample: bool = False
     # How far an object may turn, degrees.
     turn_deg: float = 2.0
+    # Why rest is not promised there, as its section of the bundle's README says; empty where it is promised.
+    not_promised: str = ""
 
     @property
     def folder(self) -> Path:

@@ -8,6 +8,8 @@ use std::time::Duration;
 
 use serde_json::Value;
 
+use super::signals;
+
 fn tabletopgen(directory: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tabletopgen"));
     command.args(arguments).current_dir(directory).env_remove("TABLETOPGEN__WORKER__FAN_OUT");
@@ -238,7 +240,7 @@ impl Serving {
 #[test]
 fn a_server_says_where_it_is_answers_and_stops_when_asked() {
     let home = tempfile::tempdir().unwrap();
-    for signal in ["-TERM", "-INT", "-HUP"] {
+    for signal in signals::that_stop() {
         let mut serving = serve(home.path(), &["--set", "log.format=json"]);
         assert!(serving.get("/readyz").contains("\"ready\""));
         assert!(serving.get("/version").contains(env!("CARGO_PKG_VERSION")));

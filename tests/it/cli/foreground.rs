@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+use super::signals;
+
 const PUT: &str = "put the block on the plate";
 
 fn command(directory: &Path, arguments: &[&str]) -> Command {
@@ -27,12 +29,8 @@ fn text(bytes: &[u8]) -> String {
 fn wait_for_handlers(process: &Child) {
     const TERMINATE: u64 = 1 << 14;
     let until = Instant::now() + Duration::from_secs(60);
-    let handles = || {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", process.id())).unwrap_or_default();
-        let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:"))?.trim().to_owned();
-        Some(u64::from_str_radix(&mask, 16).ok()? & TERMINATE != 0)
-    };
-    while handles() != Some(true) {
+    let handled = || signals::mask(&process.id().to_string(), "SigCgt").unwrap_or(0);
+    while handled() & TERMINATE == 0 {
         assert!(Instant::now() < until, "the process never handles SIGTERM");
         std::thread::sleep(Duration::from_millis(20));
     }
@@ -69,7 +67,8 @@ fn tasks_and_executions_show_their_stages_and_end_by_signals() {
     let long = [&long[..], &["--set", "grasps.max_candidates=10000"], &bundle].concat();
     let execute = [&["execute", "--task", PUT, "--out", "run"][..], &long].concat();
     let tasks = [&["tasks", "--out", "run"][..], &long].concat();
-    for (arguments, signal) in [(&execute, "-INT"), (&execute, "-TERM"), (&tasks, "-HUP")] {
+    for signal in signals::that_stop() {
+        let arguments = if signal == "-HUP" { &tasks } else { &execute };
         let mut process =
             command(at, arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("starts");
         wait_for_handlers(&process);

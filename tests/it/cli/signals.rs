@@ -1,0 +1,17 @@
+//! Signals that tests send to the program.
+
+/// A mask of signals ("SigCgt", "SigIgn") in the status of a process: bit 0 is signal 1.
+pub fn mask(process: &str, name: &str) -> Option<u64> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let digits = status.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
+    u64::from_str_radix(digits.trim(), 16).ok()
+}
+
+/// The signals that stop the program, as `kill` takes them. Where the tests were started by `nohup`, SIGHUP is none:
+/// the program inherits that it is ignored.
+pub fn that_stop() -> Vec<&'static str> {
+    const HANG_UP: u64 = 1;
+    let ignored = mask("self", "SigIgn").unwrap_or(0);
+    let hang_up = (ignored & HANG_UP == 0).then_some("-HUP");
+    ["-INT", "-TERM"].into_iter().chain(hang_up).collect()
+}
