@@ -20,7 +20,7 @@ use scene::request::RequestOptions;
 use scene::text_account::TextAccount;
 use scene::{Input, Recognition, RecognizedTable, SceneDescription, SceneRequest, SupportTree, TableShape};
 
-pub const STAGE: Stage = Stage { name: "recognize", version: 8 };
+pub const STAGE: Stage = Stage { name: "recognize", version: 9 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -15,7 +15,7 @@ use render::annotate::{distinct_color, draw_mask_outline, draw_text, tint_mask};
 use scene::{InstanceId, InstanceMask, MaskEdges, Recognition};
 use vision::mask_repair;
 
-pub const STAGE: Stage = Stage { name: "segment", version: 6 };
+pub const STAGE: Stage = Stage { name: "segment", version: 7 };
 
 #[derive(Serialize)]
 pub struct Inputs {

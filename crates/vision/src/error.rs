@@ -28,6 +28,12 @@ pub enum VisionError {
     )]
     NoTableTop { percent: f64 },
     #[error(
+        "reading the image: what may be its table top lies in pieces without a clear outline, the largest \
+         {largest_percent:.0} % of them, like the floor of a room; send an image that one table fills for the most \
+         part, seen somewhat from above"
+    )]
+    NoSingleTop { largest_percent: f64 },
+    #[error(
         "reading the image: a table top was found, but no camera above it shows it with this outline; hold the camera \
          level and show the whole table"
     )]
@@ -43,7 +49,7 @@ impl VisionError {
     pub fn code(&self) -> &'static str {
         match self {
             Self::TooSmall { .. } => "image_too_small",
-            Self::NoTableTop { .. } => "no_table_top",
+            Self::NoTableTop { .. } | Self::NoSingleTop { .. } => "no_table_top",
             Self::NoCamera => "camera_unclear",
             Self::NoObjects => "no_objects",
             Self::TooManyObjects { .. } => "too_many_objects",
@@ -73,6 +79,7 @@ mod tests {
             VisionError::NoObjects,
             VisionError::TooManyObjects { count: 99 },
             VisionError::NoTableTop { percent: 3.0 },
+            VisionError::NoSingleTop { largest_percent: 40.0 },
             VisionError::NoCamera,
         ];
         for refusal in refusals {

@@ -19,6 +19,7 @@ mod instances;
 mod merge_tree;
 mod watershed;
 mod settings;
+mod surfaces;
 mod joint_estimate;
 mod table_top;
 mod table_region;
@@ -68,7 +69,10 @@ pub fn read_with_network(
     let [whole, maps] = predict_both(image, network, settings, cancel)?;
     let pixels = Pixels::new(image, settings.work_px);
     cancel.check()?;
-    let bare_top = BareTop::of(&maps);
+    let bare_top = BareTop::of(&maps, &pixels);
+    if let Some(bare_top) = &bare_top {
+        bare_top.check_single(&maps)?;
+    }
     let found = instances::find(&maps, [width_px, height_px], settings, cancel)
         .map(|found| Carried::new(found, bare_top.as_ref(), &maps, &pixels, settings));
     let own = found.as_ref().map_or(&[][..], |found| &found.masks[..]);
@@ -157,10 +161,11 @@ impl Carried {
     }
 }
 
-/// Pixels of the copy that show an object beyond the bare top, and none of those on the table (`own`).
+/// Pixels of the copy that show an object or another surface beyond the bare top, and none of the objects on the table
+/// (`own`).
 fn beyond_top(bare_top: Option<&BareTop>, own: &[Mask], maps: &Maps, pixels: &Pixels) -> Vec<bool> {
     let Some(bare_top) = bare_top else { return vec![false; pixels.len()] };
-    let cells = bare_top.objects_beyond(maps);
+    let cells = bare_top.beyond(maps);
     let is_beyond = |index: usize| {
         cell_at(maps, pixels, index).is_some_and(|cell| cells[cell])
             && !own.iter().any(|mask| mask.bits()[index])

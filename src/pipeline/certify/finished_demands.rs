@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn a_yaw_that_the_bodies_do_not_have_is_reported() {
         for (yaw_rad, expected) in [(0.3, 0), (0.3 + PI, 2)] {
-            let Planted { mut inputs, loaded } = sound();
+            let Planted { mut inputs, loaded, .. } = sound();
             inputs.stated = Some(Arc::new(cubes_turned_by(yaw_rad)));
             inputs.composition.account = Some(TextAccount::default());
             let evaluated = evaluated(Arc::new(inputs), &loaded);
