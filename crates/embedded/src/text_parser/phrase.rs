@@ -27,8 +27,10 @@ pub(super) use boundary::is_boundary;
 pub(super) use groups::group_of;
 use modifiers::{adjective_position, is_attribute, modifier};
 pub(super) use modifiers::{color_of, predicate};
+use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
 pub(super) use selectors::Selector;
+use selectors::side_of_rank;
 
 /// The determiner of a phrase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +90,8 @@ pub(super) struct NounPhrase {
     /// "no mugs".
     pub negated: bool,
     pub selector: Option<Selector>,
+    /// The side from which a rank counts ("the second book from the left"), with its words.
+    pub counted_from: Option<(RelationKind, Range<usize>)>,
     /// "the same fruit".
     pub same: bool,
     pub attributes: Attributes,
@@ -126,6 +130,7 @@ impl NounPhrase {
             states: Vec::new(),
             negated: false,
             selector: None,
+            counted_from: None,
             same: false,
             attributes: Attributes::plain(),
             head: Head::It,
@@ -149,6 +154,9 @@ impl NounPhrase {
         self.counts.iter_mut().for_each(shift);
         self.reports.iter_mut().for_each(|(tokens, _)| shift(tokens));
         if let Some((_, tokens)) = &mut self.group {
+            shift(tokens);
+        }
+        if let Some((_, tokens)) = &mut self.counted_from {
             shift(tokens);
         }
         self
@@ -183,6 +191,10 @@ pub(super) fn noun_phrase(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Opt
         }
         chunk.head()
     })?;
+    let side =
+        chunk.phrase.selector.filter(|_| !chunk.alone).and_then(|rank| side_of_rank(rank, tokens, end));
+    let end = end + side.map_or(0, |(_, length)| length);
+    chunk.phrase.counted_from = side.map(|(side, length)| (side, end - length..end));
     chunk.phrase.tokens = at..end;
     // "a red, green and blue cube" is one of each; "a red and white mug" is one mug.
     let colors = chunk.phrase.attributes.colors.len() as u32;

@@ -177,23 +177,13 @@ fn extended_end(
             end = match target_at {
                 // "to the left of the two plates": up to the end of the target.
                 Some(target) if is_connected(words, part.span.end, target.bytes.start) => target.bytes.end,
-                _ if targets.is_empty() => place_end(text, description, &phrases[index], part.span.end),
+                _ if targets.is_empty() => part.span.end,
                 _ => return end,
             };
             continue 'relations;
         }
         return trailing_side(text, words, end);
     }
-}
-
-/// The end of a place ("on the right") whose noun the description takes for a name of the same objects.
-fn place_end(text: &str, description: &SceneDescription, phrase: &NounPhrase, end: usize) -> usize {
-    let names = description.understood.iter().filter(|part| match &part.meaning {
-        TextMeaning::Object { objects, .. } => objects.iter().any(|object| phrase.objects.contains(object)),
-        _ => false,
-    });
-    let mut follow = names.filter(|part| part.span.start >= end && is_joined(text, end, part.span.start));
-    follow.next().map_or(end, |part| part.span.end)
 }
 
 /// The next phrase, if it says what is in or on the objects of this one ("the cup with the spoon").

@@ -32,6 +32,8 @@ pub(super) struct Sentence<'a> {
     pub is_property: Vec<bool>,
     /// The predicates for which the word stands.
     goals: Vec<Vec<usize>>,
+    /// Whether it is the first word that stands for one of them; others are its place ("10 cm to the left").
+    opens_goal: Vec<bool>,
 }
 
 /// Checks the verbs of an instruction, and that its goal leaves nothing out.
@@ -65,13 +67,17 @@ impl<'a> Sentence<'a> {
         };
         let mut words = words(text);
         let (mut is_noun, mut is_property, mut goals) = (Vec::new(), Vec::new(), Vec::new());
-        let mut corrected = Vec::new();
+        let (mut corrected, mut opens_goal) = (Vec::new(), Vec::new());
         for word in &mut words {
             word.text.retain(|c| !matches!(c, '\'' | '’'));
             let (mut noun, mut property, mut indices, mut read) = (false, false, Vec::new(), String::new());
+            let mut opens = false;
             for part in understood.iter().filter(|part| covers(part, &word.bytes)) {
                 match &part.meaning {
-                    TextMeaning::Goal { index } => indices.push(*index),
+                    TextMeaning::Goal { index } => {
+                        opens |= part.span.start >= word.bytes.start;
+                        indices.push(*index);
+                    }
                     TextMeaning::Correction { corrected } => read = corrected.to_lowercase(),
                     TextMeaning::Completion { .. } => {}
                     TextMeaning::Property { .. } | TextMeaning::Relation { .. } => property = true,
@@ -82,8 +88,9 @@ impl<'a> Sentence<'a> {
             is_property.push(property);
             goals.push(indices);
             corrected.push(read);
+            opens_goal.push(opens);
         }
-        Self { text, words, corrected, is_noun, is_property, goals }
+        Self { text, words, corrected, is_noun, is_property, goals, opens_goal }
     }
 
     /// The word at an index; empty beyond the ends.
@@ -156,7 +163,7 @@ impl<'a> Sentence<'a> {
         let is_place = self.is_before_phrase(at)
             || is_passive && !self.is_property[at]
             || !self.is_noun[at]
-                && (self.begins_clause(at) || VERB_OPENERS.contains(&before) || !self.goals[at].is_empty());
+                && (self.begins_clause(at) || VERB_OPENERS.contains(&before) || self.opens_goal[at]);
         let is_performed = [word, &self.corrected[at]].into_iter().any(|word| states(word).is_some());
         is_place && !self.is_no_verb(at) && !is_performed
     }

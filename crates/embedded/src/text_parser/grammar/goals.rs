@@ -54,6 +54,26 @@ impl GoalDraft {
 }
 
 impl Parser<'_, '_> {
+    /// Claims words without a claim for the goals that have been stated since there were so many claims.
+    pub(super) fn words_of_goals(&mut self, claims: usize, words: Vec<Range<usize>>) {
+        let mut goals: Vec<usize> = Vec::new();
+        for claim in self.parsed.account.claims.get(claims..).unwrap_or_default() {
+            if let Claimed::Goal(index) = claim.meaning
+                && !goals.contains(&index)
+            {
+                goals.push(index);
+            }
+        }
+        for tokens in words {
+            if self.parsed.account.is_claimed(&tokens) {
+                continue;
+            }
+            for &index in &goals {
+                self.parsed.account.claim(tokens.clone(), Claimed::Goal(index));
+            }
+        }
+    }
+
     /// Whether the object is in or on another one.
     fn is_carried(&self, object: usize) -> bool {
         self.parsed.links.iter().any(|link| {

@@ -1,5 +1,7 @@
 //! Goals and start relations of instructions, by the frame of the verb.
 
+use std::ops::Range;
+
 use super::Parser;
 use super::action::{Action, Formation, Part, Path, PathKind};
 use super::frames::is_sided;
@@ -10,8 +12,17 @@ use scene::RelationKind;
 use scene::text_account::PredicateKind;
 
 impl Parser<'_, '_> {
-    /// States the goal of an instruction, and the relations of its start state.
-    pub(super) fn conclude(&mut self, mut action: Action) {
+    /// States the goal of an instruction, and the relations of its start state. Its destination and particles ("onto",
+    /// "up") are words of the goal.
+    pub(super) fn conclude(&mut self, action: Action) {
+        let claims = self.parsed.account.claims.len();
+        let paths = action.paths.iter().map(|path| path.tokens.clone());
+        let words: Vec<Range<usize>> = paths.chain(action.particles.clone()).collect();
+        self.stated(action);
+        self.words_of_goals(claims, words);
+    }
+
+    fn stated(&mut self, mut action: Action) {
         let known = self.parsed.goals.clone();
         for range in action.particles.clone() {
             self.parsed.account.used(range);

@@ -24,10 +24,16 @@ impl Parser<'_, '_> {
             self.report(tokens, reason);
         }
         let (states, counts) = (phrase.states.clone(), phrase.counts.clone());
+        let counted_from = phrase.counted_from.clone();
         let referent = self.referent(phrase, as_target);
         if let Referent::Mentions(mentions) = &referent {
             for tokens in counts {
                 self.claim_property(tokens, Property::Count, mentions.clone());
+            }
+            if let Some((kind, tokens)) = counted_from {
+                for &mention in mentions {
+                    self.set_place(mention, Place { kind, distance_m: None }, tokens.clone());
+                }
             }
         }
         for (state, tokens) in states {

@@ -4,6 +4,7 @@ use super::action::{Action, Path, PathKind};
 use super::goals::GoalKind;
 use super::states::category_shows;
 use super::{Link, LinkKind, Parser, PendingRelation, Place, Referent};
+use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrase::{Head, NounPhrase, Selector, noun_phrase};
 use crate::text_parser::prepositions::{Preposition, preposition_at};
@@ -177,8 +178,14 @@ impl Parser<'_, '_> {
         };
         let own = self.parsed.mentions[one].tokens.start.checked_sub(1).and_then(ordinal);
         let its = phrase.head_tokens.start.checked_sub(1).and_then(ordinal);
-        let names_other = phrase.head == Head::One && phrase.selector == Some(Selector::Other)
-            || own.is_some() && its.is_some() && own != its && self.shares_meaning(one, phrase);
+        let side = phrase.counted_from.as_ref().map(|(side, _)| *side);
+        let from_other_side =
+            side.is_some_and(|side| self.parsed.mentions[one].places.iter().all(|place| place.kind != side));
+        let by_rank = own.is_some()
+            && its.is_some()
+            && (own != its || from_other_side)
+            && self.shares_meaning(one, phrase);
+        let names_other = phrase.head == Head::One && phrase.selector == Some(Selector::Other) || by_rank;
         let meanings = &self.parsed.mentions[one].meanings;
         let is_alone = (0..self.parsed.mentions.len())
             .all(|m| m == one || self.parsed.mentions[m].meanings != *meanings);
@@ -186,7 +193,18 @@ impl Parser<'_, '_> {
             return None;
         }
         self.parsed.account.used(phrase.tokens.clone());
-        Some(self.duplicate(one))
+        let other = self.duplicate(one);
+        if by_rank {
+            // Each has its own name and its own place.
+            self.parsed.account.claims.retain(|claim| claim.meaning != Claimed::Object(other));
+            self.parsed.account.claim(phrase.head_tokens.clone(), Claimed::Object(other));
+            self.parsed.mentions[other].tokens = phrase.head_tokens.clone();
+            self.parsed.mentions[other].places.clear();
+            if let Some((kind, tokens)) = phrase.counted_from.clone() {
+                self.set_place(other, Place { kind, distance_m: None }, tokens);
+            }
+        }
+        Some(other)
     }
 
     /// The object that "on its left" refers to: that of the side before, or the object before.

@@ -4,7 +4,7 @@
 use super::modifiers::is_attribute;
 use super::{Chunk, Determiner, is_boundary, noun_ahead, starts_noun};
 use crate::text_parser::measures::read_measure;
-use crate::text_parser::tokens::{Token, word};
+use crate::text_parser::tokens::{Token, match_phrase, word};
 use scene::RelationKind;
 
 /// What selects among several objects of a category, beside their attributes.
@@ -71,6 +71,18 @@ impl Chunk<'_, '_> {
             }
         }
     }
+}
+
+/// "from the left" at `at` behind a noun with a rank: the side from which it counts, and the number of words.
+pub(super) fn side_of_rank(rank: Selector, tokens: &[Token], at: usize) -> Option<(RelationKind, usize)> {
+    let Selector::Ordinal(_) = rank else { return None };
+    let from = match_phrase(tokens, at, "from the")?;
+    let Some(Selector::Side(side)) = word(tokens, at + from).and_then(selector_of) else { return None };
+    let goes_on = matches!(
+        word(tokens, at + from + 1),
+        Some("of" | "side" | "edge" | "corner" | "half" | "end" | "part" | "third" | "drawer" | "shelf")
+    );
+    (!goes_on).then_some((side, from + 1))
 }
 
 fn selector_of(word: &str) -> Option<Selector> {
