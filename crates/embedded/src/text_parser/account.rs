@@ -106,6 +106,11 @@ impl Account {
         self.claims.iter().rev().take(RECENT * RECENT).any(|claim| claim.tokens == *tokens)
     }
 
+    /// Whether the token has been used, and not for a report.
+    pub fn is_understood(&self, token: usize) -> bool {
+        !self.is_open(token) && !self.reports.iter().any(|report| report.tokens.contains(&token))
+    }
+
     pub fn is_open(&self, token: usize) -> bool {
         self.accounted.get(token).is_some_and(|accounted| !accounted)
     }
@@ -152,7 +157,11 @@ impl Account {
     /// Gives every word to one kind of meaning: where claims overlap, the longer one keeps what the others leave.
     fn separate(&mut self, source: &Source, lexicon: &Lexicon) {
         let mut claims = std::mem::take(&mut self.claims);
-        claims.sort_by_key(|claim| (claim.tokens.len(), claim.tokens.start));
+        // "pile of" is the arrangement that it states, not a property beside it.
+        let is_beside = |claim: &Claim| {
+            matches!(claim.meaning, Claimed::Property { property: Property::Arrangement, .. })
+        };
+        claims.sort_by_key(|claim| (claim.tokens.len(), claim.tokens.start, is_beside(claim)));
         let mut owners: Vec<Option<(Range<usize>, bool)>> = vec![None; source.tokens.len()];
         for claim in claims {
             if matches!(claim.meaning, Claimed::Correction(_)) {
@@ -235,11 +244,14 @@ impl Account {
             let any = |token: usize| named[token].or(said[token]);
             let of_grammar =
                 || before().find_map(|token| said[token]).or_else(|| after().find_map(|token| said[token]));
-            let found = is_grammar(token)
-                .then(of_grammar)
-                .flatten()
-                .or_else(|| after().find_map(any))
-                .or_else(|| before().find_map(any));
+            // Who acts is no name of an object.
+            let acts = source.tokens[token].word().is_some_and(|word| {
+                let agent = &super::phrases::phrases().agent;
+                agent.names.has(word) || agent.persons.has(word)
+            });
+            let nearest = || after().find_map(any).or_else(|| before().find_map(any));
+            let found = (acts || is_grammar(token)).then(of_grammar).flatten();
+            let found = if acts { found } else { found.or_else(nearest) };
             let tokens = token..token + 1;
             match found {
                 Some(index) => {

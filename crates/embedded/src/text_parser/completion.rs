@@ -26,7 +26,12 @@ pub(super) fn is_open(lexicon: &Lexicon, parsed: &mut ParsedText, source: &Sourc
         let mut found = false;
         for at in 0..source.tokens.len() {
             let longest = phrases.iter().filter_map(|phrase| match_phrase(&source.tokens, at, phrase)).max();
-            if let Some(length) = longest {
+            // "this is only a test" is no list.
+            let reported = |length: &usize| {
+                let mut reports = parsed.account.reports.iter();
+                reports.any(|report| report.tokens.start < at + length && at < report.tokens.end)
+            };
+            if let Some(length) = longest.filter(|length| !reported(length)) {
                 parsed.account.claim(at..at + length, Claimed::Completion(complete));
                 found = true;
             }

@@ -80,7 +80,7 @@ pub(super) fn correct(lexicon: &Lexicon, source: &mut Source) -> Vec<(usize, Str
         let confused = CONFUSED.iter().find(|(first, written, _)| before == Some(*first) && *written == word);
         let meant = match confused {
             Some((_, _, meant)) => Some((*meant).to_owned()),
-            None if is_right(lexicon, &word) => None,
+            None if is_right(lexicon, &word) || acts(lexicon, source, token) => None,
             None => {
                 compared += 1;
                 if compared > MAX_WORDS {
@@ -96,6 +96,24 @@ pub(super) fn correct(lexicon: &Lexicon, source: &mut Source) -> Vec<(usize, Str
         token += 1;
     }
     corrections
+}
+
+/// Whether a word is the name of who acts: "Nina carefully lowers the egg", "Tolm put it".
+fn acts(lexicon: &Lexicon, source: &Source, token: usize) -> bool {
+    let word = |at: usize| source.tokens.get(at).and_then(Token::word);
+    let mut verb = token + 1;
+    while word(verb).is_some_and(|adverb| adverb.ends_with("ly")) {
+        verb += 1;
+    }
+    let is_verb = word(verb).is_some_and(|form| {
+        let is_third = form.len() > 3 && form.ends_with('s') && !lexicon.has_word(form);
+        is_third || verbs().participle(form).is_some()
+    });
+    let has_object = matches!(
+        word(verb + 1),
+        Some("the" | "a" | "an" | "it" | "them" | "his" | "her" | "their" | "up" | "down")
+    );
+    source.is_capitalized(token) && is_verb && has_object
 }
 
 /// Whether a word stays as it is: it is known, an English noun that is not rare, or too short or too long to compare.

@@ -49,6 +49,7 @@ mod stack_levels;
 mod stated_counts;
 mod states;
 mod steps;
+mod subordinate;
 mod table_size;
 mod targets;
 mod unnamed;
@@ -263,6 +264,10 @@ struct Parser<'a, 'c> {
     permitted: Vec<usize>,
     /// Whether the text tells what the robot does ("picks the cup and puts it down").
     is_narrated: bool,
+    /// Numbers of links and goals when the sentence began.
+    at_sentence: (usize, usize),
+    /// The verb that arranges the objects of the sentence on the table, and the first mention after it.
+    arranging: Option<(Range<usize>, usize)>,
     stand_ins: bool,
 }
 
@@ -317,6 +322,8 @@ pub(super) fn parse(lexicon: &Lexicon, source: &Source, stand_ins: bool) -> Pars
         emptied: Vec::new(),
         permitted: Vec::new(),
         is_narrated: false,
+        at_sentence: (0, 0),
+        arranging: None,
         stand_ins,
     };
     while reader.at < reader.tokens.len() && reader.parsed.mentions.len() < MAX_MENTIONS {
@@ -326,7 +333,7 @@ pub(super) fn parse(lexicon: &Lexicon, source: &Source, stand_ins: bool) -> Pars
             reader.at = before + 1;
         }
     }
-    reader.end_clause();
+    reader.end_sentence();
     reader.leave_emptied();
     reader.drop_excluded();
     reader.parsed

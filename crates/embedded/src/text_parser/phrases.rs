@@ -98,6 +98,12 @@ pub(super) struct Agent {
     pub actions: PhraseList,
     /// Before a condition that a scene cannot show.
     pub conditions: PhraseList,
+    /// Conjunctions with a noun ("in case").
+    pub conjunctions: PhraseList,
+    /// Before a clause that says when or why.
+    pub times: PhraseList,
+    /// Verbs before the gerund of what is to be done ("needs stacking").
+    pub needs: PhraseList,
     /// Before the other outcome of a condition.
     pub alternatives: PhraseList,
     /// After "if", what asks for no condition ("if possible").

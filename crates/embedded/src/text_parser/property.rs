@@ -89,7 +89,8 @@ impl Property {
                 let is_state = |words: &str| {
                     vocabulary.states.contains_key(words) || matches!(words, "lying" | "standing")
                 };
-                longest(tokens, at, &is_state) > 0
+                let falls = word(tokens, at).is_some_and(|word| phrases().list.falls.has(word));
+                falls || longest(tokens, at, &is_state) > 0
             }),
             Self::Count => number(lexicon, tokens, range).is_some(),
             Self::People => range.clone().any(|at| {

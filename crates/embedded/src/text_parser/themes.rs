@@ -158,7 +158,7 @@ pub(super) fn claim_words(theme: &Theme, lexicon: &Lexicon, source: &Source, acc
             continue;
         }
         let longest = phrases.iter().filter_map(|phrase| match_phrase(&source.tokens, at, phrase)).max();
-        if let Some(length) = longest {
+        if let Some(length) = longest.filter(|length| (at..at + length).all(|token| account.is_open(token))) {
             account.claim(at..at + length, Claimed::Theme);
         }
     }

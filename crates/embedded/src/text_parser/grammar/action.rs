@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::{Parser, Referent};
 use crate::text_parser::phrase::{Determiner, noun_phrase};
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::prepositions::{place_at, preposition_at};
 use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::{Frame, verbs};
@@ -167,7 +168,7 @@ impl Parser<'_, '_> {
         if self.word(0) == Some("with") && !action.paths.is_empty() {
             return self.tool(action);
         }
-        if self.result_opener().is_some() || self.purpose_begins() {
+        if self.result_opener().is_some() || self.purpose_begins() || self.conjunction_at(self.at).is_some() {
             return false;
         }
         if matches!(self.word(0), Some("that" | "which"))
@@ -275,25 +276,27 @@ impl Parser<'_, '_> {
     /// Whether a subject with a verb begins ("the mug is red").
     pub(super) fn is_statement(&self, at: usize) -> bool {
         noun_phrase(self.lexicon, self.tokens, at).is_some_and(|(_, end)| {
-            matches!(
-                self.word_at(end),
-                Some(
-                    "is" | "are"
-                        | "has"
-                        | "should"
-                        | "must"
-                        | "goes"
-                        | "go"
-                        | "belongs"
-                        | "belong"
-                        | "needs"
-                        | "need"
-                        | "stays"
-                        | "stay"
-                        | "remains"
-                        | "remain"
+            let falls = self.word_at(end).is_some_and(|word| phrases().list.falls.has(word));
+            falls && self.is_directed(end + 1)
+                || matches!(
+                    self.word_at(end),
+                    Some(
+                        "is" | "are"
+                            | "has"
+                            | "should"
+                            | "must"
+                            | "goes"
+                            | "go"
+                            | "belongs"
+                            | "belong"
+                            | "needs"
+                            | "need"
+                            | "stays"
+                            | "stay"
+                            | "remains"
+                            | "remain"
+                    )
                 )
-            )
         })
     }
 
@@ -310,7 +313,9 @@ impl Parser<'_, '_> {
         if conjunction != Some("and") && conjunction != Some("or") {
             return false;
         }
-        if self.verb_begins(next).is_some_and(|length| self.phrase_or_end(next + length))
+        let tells = self.is_narrated && self.past_at(next).is_some();
+        if tells
+            || self.verb_begins(next).is_some_and(|length| self.phrase_or_end(next + length))
             || verbs().opener_at(self.tokens, next).is_some()
             || self.agent_opener(next).is_some()
             || self.is_statement(next)

@@ -30,6 +30,7 @@ impl Parser<'_, '_> {
         }
         let tokens = self.at..end;
         self.parsed.account.used(tokens.clone());
+        action.particles.push(tokens.clone());
         if self.word(0) == Some("to") {
             action.paths.push(self.path(PathKind::Person, tokens));
         }

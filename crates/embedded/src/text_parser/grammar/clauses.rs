@@ -85,8 +85,8 @@ impl Parser<'_, '_> {
         {
             self.subject = vec![host];
             self.at = end + 1;
-            self.parsed.account.used(start..start + 1);
-            self.list_of(host, kind, end..end + 1, false);
+            self.parsed.account.used(end..end + 1);
+            self.list_of(host, kind, start..start + 1, false);
         }
         true
     }

@@ -42,6 +42,9 @@ impl Parser<'_, '_> {
 
     /// The end state of a subject before `at`.
     fn end_state(&self, at: usize) -> Option<EndState> {
+        if let Some(state) = self.needed(at) {
+            return Some(state);
+        }
         let p = at + self.link_length(at);
         let link = at..p;
         let linked = p > at;
@@ -78,6 +81,24 @@ impl Parser<'_, '_> {
         }
         let reaches = self.contact_at(p) || self.path_follows(p) || self.is_measured(p);
         reaches.then_some(EndState { frame: Frame::Place, link, at: p })
+    }
+
+    /// "needs stacking on the plate" at `at`.
+    fn needed(&self, at: usize) -> Option<EndState> {
+        let needs = self.word_at(at).is_some_and(|word| phrases().agent.needs.has(word));
+        let gerund = self.word_at(at + 1).is_some_and(|word| word.ends_with("ing"));
+        let (frame, length) = verbs().at(self.tokens, at + 1).filter(|_| needs && gerund)?;
+        let end = at + 1 + length;
+        let leads = !matches!(frame, Frame::Place | Frame::Stack | Frame::Push) || self.path_follows(end);
+        (leads && frame != Frame::Other).then_some(EndState { frame, link: at..end, at: end })
+    }
+
+    /// An end state at `at` that is to come: "is to be placed", "goes", "needs stacking".
+    pub(super) fn obliged_state(&self, at: usize) -> Option<EndState> {
+        let begins = phrases().end_state.modals.length_at(self.tokens, at) > 0
+            || self.word_at(at).is_some_and(is_change)
+            || self.needed(at).is_some();
+        self.end_state(at).filter(|_| begins && self.word_at(at) != Some("to"))
     }
 
     fn is_measured(&self, at: usize) -> bool {
@@ -320,7 +341,8 @@ impl Parser<'_, '_> {
         let begins = phrases().end_state.modals.length_at(self.tokens, start) > 0
             || matches!(self.word(0), Some("gets" | "goes" | "go" | "belongs" | "belong" | "ends"))
             || matches!(self.word(0), Some("is" | "are")) && self.word(1) == Some("being")
-            || self.is_taken_elsewhere(start);
+            || self.is_taken_elsewhere(start)
+            || self.needed(start).is_some();
         if self.subject.is_empty() || !begins || self.word(0) == Some("to") {
             return false;
         }
@@ -332,7 +354,8 @@ impl Parser<'_, '_> {
         let obliges = words.any(|word| matches!(word, "must" | "has" | "have" | "needs" | "need" | "ought"))
             && self.parsed.mentions.len() == self.subject.len()
             && self.word_at(0) == Some("the");
-        if !(changes || passive || obliges || self.instructed || self.goal_words()) {
+        let needed = self.needed(start).is_some();
+        if !(changes || passive || obliges || needed || self.instructed || self.goal_words()) {
             return false;
         }
         let subjects = self.subject.clone();

@@ -2,6 +2,7 @@
 //! ...".
 
 use super::{Link, Parser};
+use crate::text_parser::account::Claimed;
 use crate::text_parser::lexicon::Meaning;
 use crate::text_parser::phrases::phrases;
 use crate::text_parser::property::Property;
@@ -43,6 +44,7 @@ impl Parser<'_, '_> {
         }
         let whole = self.parsed.mentions[set].clone();
         if whole.count != Some([0, 0]) {
+            self.parsed.account.claims.retain(|claim| claim.meaning != Claimed::Object(set));
             self.claim_property(whole.tokens.clone(), Property::Kind, vec![mention]);
             self.parsed.mentions[set].count = Some([0, 0]);
         }

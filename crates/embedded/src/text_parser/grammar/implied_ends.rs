@@ -103,6 +103,8 @@ impl Parser<'_, '_> {
                 Some(cover) => Some(cover),
                 None => self.usual_vessel("lid", action.verb.clone()),
             };
+            // The verb is no name of the lid.
+            self.parsed.account.retract(&action.verb);
             if let Some(cover) = cover {
                 self.goal(GoalDraft::new(PredicateKind::Off, cover).to(host), action);
             }

@@ -42,14 +42,19 @@ impl Parser<'_, '_> {
         if !purpose && !self.clause_begins() {
             return self.required_state();
         }
+        // "the pear, which is ripe, is to be put in the bowl".
+        if !purpose && self.follows_pause() && self.required_state() {
+            return true;
+        }
         let mut p = start + usize::from(purpose && self.word(0) == Some("to"));
-        let mut requested = purpose;
+        let (mut requested, mut tells) = (purpose, self.is_narrated && self.instructed);
         // Openers may follow each other: "please, can you".
         for _ in 0..4 {
             let known = verbs().opener_at(self.tokens, p).filter(|length| self.opens(p, *length));
             let heading = self.goal_heading(p).filter(|_| p == start && !purpose);
             let own = self.agent_opener(p).max(self.step_number(p)).max(heading);
             let Some(length) = known.max(own) else { break };
+            tells |= self.narration(p).is_some();
             requested |= own == Some(length)
                 || !(length == 1 && self.word_at(p).is_some_and(|word| WEAK.contains(&word)));
             p += length;
@@ -93,7 +98,8 @@ impl Parser<'_, '_> {
         // "after you have moved the mug".
         let have = p > start && matches!(self.word_at(p - 1), Some("have" | "having" | "has"));
         let participle = self.word_at(p).filter(|_| have).and_then(|word| verbs().participle(word));
-        let verb = verbs().at(self.tokens, p).or_else(|| participle.map(|frame| (frame, 1)));
+        let past = self.past_at(p).filter(|_| tells);
+        let verb = past.or_else(|| verbs().at(self.tokens, p)).or_else(|| participle.map(|frame| (frame, 1)));
         let Some((frame, length)) = verb else {
             return self.unknown_imperative(start, p)
                 || p > start && requested && self.scene_request(start, p);
@@ -102,14 +108,17 @@ impl Parser<'_, '_> {
             return p > start && requested && self.scene_request(start, p);
         }
         let third_person = |word: &str| word.ends_with('s') && !verbs().is_base(word);
-        let narrates = requested && self.word_at(p).is_some_and(third_person);
+        let narrates = requested && self.word_at(p).is_some_and(third_person) || past.is_some();
         if !narrates && self.arranges_scene(frame, p + length, requested) {
             self.parsed.account.used(start..p + length);
             self.at = p + length;
             self.clause_start = true;
             self.subject.clear();
+            let ignorable = &self.lexicon.vocabulary.grammar.ignorable;
             if frame == Frame::Stack || self.word_at(self.at - 1) == Some("up") && frame == Frame::Other {
                 self.arranged_next = Some((frame, p..p + length));
+            } else if self.word_at(p).is_some_and(|verb| !ignorable.contains(verb)) {
+                self.arranging = Some((p..p + length, self.parsed.mentions.len()));
             }
             return true;
         }
@@ -257,7 +266,7 @@ impl Parser<'_, '_> {
         let after = at + length;
         let by = at.checked_sub(1).and_then(|before| self.word_at(before)) == Some("by");
         // "and holds a spoon" describes the subject.
-        let narrated = self.is_narrated && self.instructed;
+        let narrated = self.is_narrated && self.instructed || self.past_at(at).is_some();
         if !requested && !by && !narrated && !self.word_at(at).is_some_and(|word| verbs().is_base(word)) {
             return false;
         }

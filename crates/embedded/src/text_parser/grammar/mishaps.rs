@@ -9,6 +9,7 @@ use super::{LinkKind, Parser, Referent};
 use crate::text_parser::phrase::noun_phrase;
 use crate::text_parser::phrases::phrases;
 use crate::text_parser::prepositions::preposition_at;
+use crate::text_parser::property::Property;
 use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::Frame;
 use scene::RelationKind;
@@ -39,7 +40,7 @@ impl Parser<'_, '_> {
         {
             self.at = p + 1;
             let subject = self.subject.clone();
-            self.parsed.account.used(start..self.at);
+            self.claim_property(start..self.at, Property::State, subject.clone());
             for mention in subject {
                 self.parsed.mentions[mention].pose = scene::description::RequestedPose::LyingOnSide;
             }

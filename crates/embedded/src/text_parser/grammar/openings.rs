@@ -5,7 +5,7 @@ use super::action::{Action, Part, Path, PathKind};
 use super::goals::GoalDraft;
 use super::{Parser, Referent};
 use crate::text_parser::lexicon::Meaning;
-use crate::text_parser::phrase::{Head, noun_phrase};
+use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
 use crate::text_parser::phrases::phrases;
 use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::{Frame, verbs};
@@ -59,7 +59,7 @@ impl Parser<'_, '_> {
     }
 
     /// "Franka puts", "the robot is putting", "we then move" before an object: the number of words before the verb.
-    fn narration(&self, at: usize) -> Option<usize> {
+    pub(super) fn narration(&self, at: usize) -> Option<usize> {
         let agent = &phrases().agent;
         let mut verb = at + self.actor_length(at)?;
         let is_pronoun = self.word_at(at).is_some_and(|word| agent.pronouns.has(word));
@@ -72,14 +72,41 @@ impl Parser<'_, '_> {
         }
         let is = matches!(self.word_at(verb), Some("is" | "are" | "am"));
         verb += usize::from(is);
-        let (frame, length) = verbs().at(self.tokens, verb).filter(|(frame, _)| *frame != Frame::Other)?;
+        let past = self.past_at(verb).filter(|_| !is);
+        if past.is_none() && !is && self.is_unknown_motion(verb) {
+            return Some(verb - at);
+        }
+        let known = || verbs().at(self.tokens, verb).filter(|(frame, _)| *frame != Frame::Other);
+        let (frame, length) = past.or_else(known)?;
         let form = self.word_at(verb)?;
         let has_plural_subject = matches!(self.word_at(at), Some("we" | "i" | "you" | "they"))
             || self.word_at(verb - 1) == Some("robots");
-        let acts = is == form.ends_with("ing") && (is || !verbs().is_base(form) || has_plural_subject);
+        let acts = is == form.ends_with("ing")
+            && (is || past.is_some() || !verbs().is_base(form) || has_plural_subject);
         let may_be_state = frame == Frame::Use || agent.stative.has(form);
         let acts = acts && !(may_be_state && (is_pronoun || self.agent_or_person(at).is_none()));
         (acts && self.phrase_follows(verb + length)).then_some(verb - at)
+    }
+
+    /// A verb of moving in the past at `at` with its object after it ("took", "picked up"). "Left" tells where a thing
+    /// is.
+    pub(super) fn past_at(&self, at: usize) -> Option<(Frame, usize)> {
+        let form = self.word_at(at).filter(|word| *word != "left")?;
+        let frame = verbs().participle(form).filter(|frame| super::unread::moves(*frame))?;
+        let particle = matches!(self.word_at(at + 1), Some("up" | "down" | "out" | "away" | "off"));
+        let length = 1 + usize::from(particle);
+        let (phrase, _) = noun_phrase(self.lexicon, self.tokens, at + length)?;
+        let is_object = phrase.determiner == Determiner::Definite || phrase.head == Head::It || particle;
+        (is_object && !phrase.negated && !phrase.is_table()).then_some((frame, length))
+    }
+
+    /// "lowers the egg into": a third person that is no known verb, with an object that gets elsewhere.
+    fn is_unknown_motion(&self, at: usize) -> bool {
+        let Some(word) = self.word_at(at) else { return false };
+        let is_third = word.len() > 4 && word.ends_with('s') && !verbs().is_form(word);
+        let Some((phrase, end)) = noun_phrase(self.lexicon, self.tokens, at + 1) else { return false };
+        let is_known = phrase.determiner == Determiner::Definite || phrase.head == Head::It;
+        is_third && is_known && self.is_directed(end)
     }
 
     /// Number of words that name an agent or a person by their role.
@@ -288,7 +315,7 @@ impl Parser<'_, '_> {
             self.bare_is_definite(&mut phrase);
             self.at = end;
             let Referent::Mentions(objects) = self.refer(phrase, false) else { return true };
-            let mut action = self.new_action(Frame::Place, end..end);
+            let mut action = self.new_action(Frame::Place, end..end + length);
             action.objects = objects.into_iter().map(|mention| Part { mention, take: None }).collect();
             action.paths.push(self.path(PathKind::State(state), end..end + length));
             self.at = end + length;

@@ -318,6 +318,10 @@ impl Parser<'_, '_> {
             self.parsed.account.used(p..phrase.tokens.start);
             phrase.determiner = Determiner::New;
         }
+        // "release the ball above the bowl".
+        let falls = verb.starts_with("drop") || verb.starts_with("releas");
+        let preposition =
+            preposition.filter(|_| !(falls && matches!(self.word_at(p - 1), Some("above" | "over"))));
         let nearer = preposition.is_none() && matches!(self.word_at(p - 1), Some("toward" | "towards"));
         let kind = match preposition {
             Some(preposition) => PathKind::Relation(preposition.kind),

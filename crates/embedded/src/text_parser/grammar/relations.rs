@@ -314,7 +314,8 @@ impl Parser<'_, '_> {
             if each && let Some(&target) = targets.first() {
                 self.parsed.mentions[subject].each_of = Some(target);
             }
-            for &target in &targets {
+            // "a deck and a die to the right of the deck" says nothing of the deck.
+            for &target in targets.iter().filter(|&&target| subjects.len() == 1 || target != subject) {
                 self.relate(subject, &relation, target);
                 if let Some(also) = &also {
                     self.relate(subject, also, target);

@@ -66,8 +66,8 @@ impl Parser<'_, '_> {
         let own = ["in total", "in all", "altogether", "all told", "overall"]
             .iter()
             .find_map(|phrase| match_phrase(self.tokens, self.at, phrase));
-        if let (Some(length), Some(&last)) = (own, self.subject.last()) {
-            self.parsed.account.claim(self.at..self.at + length, Claimed::Object(last));
+        if let Some(length) = own.filter(|_| !self.subject.is_empty()) {
+            self.parsed.account.used(self.at..self.at + length);
             self.at += length;
             return true;
         }

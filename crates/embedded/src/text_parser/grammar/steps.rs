@@ -14,7 +14,7 @@ impl Parser<'_, '_> {
     pub(super) fn step(&mut self) {
         match &self.tokens[self.at] {
             Token::End => {
-                self.end_clause();
+                self.end_sentence();
                 self.at += 1;
                 return;
             }
@@ -36,7 +36,10 @@ impl Parser<'_, '_> {
         if self.table_size() || self.answer() || self.heading() || self.place_settings() {
             return;
         }
-        if self.undecided() || self.remark() || self.replacement() || self.exception() || self.instruction() {
+        if self.undecided() || self.before_main_clause() || self.conjunction() {
+            return;
+        }
+        if self.remark() || self.replacement() || self.exception() || self.instruction() {
             return;
         }
         if self.perceived() {

@@ -3,11 +3,13 @@
 
 use std::ops::Range;
 
-use super::Parser;
+use super::{Link, LinkKind, Parser};
+use crate::text_parser::account::{Claim, Claimed};
 use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
 use crate::text_parser::phrases::phrases;
 use crate::text_parser::tokens::Token;
 use crate::text_parser::verbs::{Frame, verbs};
+use scene::RelationKind;
 use scene::text_account::UnrecognizedReason;
 
 /// Words before "if" of a polite request ("it would be nice if").
@@ -24,7 +26,6 @@ const POLITE: &[&str] = &[
     "happy",
     "as",
     "even",
-    "only",
     "wonder",
     "wondering",
     "ask",
@@ -75,7 +76,7 @@ impl Parser<'_, '_> {
     }
 
     /// The sentence around a token.
-    fn sentence_at(&self, at: usize) -> (usize, usize) {
+    pub(super) fn sentence_at(&self, at: usize) -> (usize, usize) {
         let is_end = |p: &usize| self.tokens[*p] == Token::End;
         let start = (0..at).rev().find(is_end).map_or(0, |end| end + 1);
         (start, (at..self.tokens.len()).find(is_end).unwrap_or(self.tokens.len()))
@@ -113,7 +114,6 @@ impl Parser<'_, '_> {
     }
 
     fn has_objects(&self, range: Range<usize>) -> bool {
-        use crate::text_parser::account::Claimed;
         self.parsed.account.claims.iter().any(|claim| {
             matches!(claim.meaning, Claimed::Object(_) | Claimed::Table)
                 && range.contains(&claim.tokens.start)
@@ -146,7 +146,8 @@ impl Parser<'_, '_> {
             length > 0 && (verbs().at(self.tokens, p + length).is_some())
         };
         let depends = (start..end).any(|p| is_condition(p) || is_alternative(p));
-        if !depends || !(start..end).any(instructs) {
+        let obliges = |p: usize| self.is_obliged_move(p) && self.path_follows(p + 1);
+        if !depends || !(start..end).any(|p| instructs(p) || obliges(p)) {
             return false;
         }
         self.objects_only(start..end);
@@ -154,10 +155,116 @@ impl Parser<'_, '_> {
         true
     }
 
+    /// Whether a participle of moving at `p` is to happen: "should be put", "has to be moved", "is to be laid".
+    fn is_obliged_move(&self, p: usize) -> bool {
+        let moved = self.word_at(p).and_then(|word| verbs().participle(word)).is_some_and(moves);
+        let is_passive =
+            p > 0 && matches!(self.word_at(p - 1), Some("be" | "get" | "being" | "gets" | "getting"));
+        let asks = |at: usize| {
+            matches!(
+                self.word_at(at),
+                Some(
+                    "should"
+                        | "must"
+                        | "shall"
+                        | "will"
+                        | "would"
+                        | "may"
+                        | "might"
+                        | "could"
+                        | "to"
+                        | "gets"
+                )
+            )
+        };
+        moved && is_passive && (p.saturating_sub(6)..p).any(asks)
+    }
+
+    /// Ends a sentence. Where it says that objects are to be moved, and no rule has read that, nothing in it says where
+    /// they are at the start.
+    pub(super) fn end_sentence(&mut self) {
+        let (links, goals) = self.at_sentence;
+        let end = self.at.min(self.tokens.len());
+        let start = (0..end).rev().find(|&p| self.tokens[p] == Token::End).map_or(0, |before| before + 1);
+        let needs = |p: usize| {
+            p > start
+                && self.word_at(p - 1).is_some_and(|word| phrases().agent.needs.has(word))
+                && self.word_at(p).is_some_and(|word| word.ends_with("ing"))
+                && verbs().at(self.tokens, p).is_some_and(|(frame, _)| moves(frame))
+        };
+        let falls = |p: usize| {
+            let word = self.word_at(p);
+            word.is_some_and(|word| phrases().list.falls.has(word)) && self.is_directed(p + 1)
+        };
+        let account = &self.parsed.account;
+        let states_goal = |from: usize| {
+            let mut claims = account.claims.iter().filter(|claim| claim.tokens.start >= from);
+            claims.any(|claim| matches!(claim.meaning, Claimed::Goal(_)))
+        };
+        let verb = (start..end)
+            .find(|&p| !account.is_understood(p) && (self.is_obliged_move(p) || needs(p) || falls(p)))
+            .filter(|&verb| !states_goal(verb));
+        if let Some(verb) = verb {
+            let from = if self.parsed.goals.len() == goals { start } else { verb };
+            self.report(verb..verb + 1, UnrecognizedReason::NotExpressible);
+            self.drop_relations(from, links);
+        }
+        self.end_arranging();
+        self.end_clause();
+        self.at_sentence = (self.parsed.links.len(), self.parsed.goals.len());
+    }
+
+    /// Reports the words of relations from a token on instead of relating the objects by links after the first ones.
+    fn drop_relations(&mut self, from: usize, links: usize) {
+        let is_relation = |claim: &Claim| {
+            matches!(claim.meaning, Claimed::Relation { .. } | Claimed::Linked { .. })
+                && claim.tokens.start >= from
+        };
+        let (dropped, others): (Vec<Claim>, Vec<Claim>) =
+            std::mem::take(&mut self.parsed.account.claims).into_iter().partition(is_relation);
+        self.parsed.account.claims = others;
+        let relates = |link: &Link, claim: &Claim| match &claim.meaning {
+            Claimed::Relation { from, to, .. } | Claimed::Linked { from, to } => {
+                let pair =
+                    |one: &[usize], other: &[usize]| one.contains(&link.from) && other.contains(&link.to);
+                pair(from, to) || pair(to, from)
+            }
+            _ => false,
+        };
+        let mut at = 0;
+        self.parsed.links.retain(|link| {
+            at += 1;
+            at <= links || !dropped.iter().any(|claim| relates(link, claim))
+        });
+        for claim in dropped {
+            self.report(claim.tokens, UnrecognizedReason::NotExpressible);
+        }
+    }
+
+    /// "position a cup and a plate": the verb says that what it arranges is on the table.
+    fn end_arranging(&mut self) {
+        let Some((verb, first)) = self.arranging.take() else { return };
+        let is_carried = |mention: &usize| {
+            self.parsed.links.iter().any(|link| {
+                link.from == *mention && matches!(link.kind, LinkKind::Relation(kind) if kind.is_support())
+            })
+        };
+        let from: Vec<usize> = (first..self.parsed.mentions.len()).filter(|m| !is_carried(m)).collect();
+        if !from.is_empty() {
+            self.parsed
+                .account
+                .claim(verb, Claimed::Relation { kind: RelationKind::On, from, to: Vec::new() });
+        }
+    }
+
     /// Reads the objects that the tokens name, and reports every other word.
-    fn objects_only(&mut self, range: Range<usize>) {
+    pub(super) fn objects_only(&mut self, range: Range<usize>) {
         self.at = range.start;
         while self.at < range.end {
+            if let Some(length) = self.conjunction_at(self.at) {
+                self.at += length;
+                continue;
+            }
             let is_verb = self.word(0).is_some_and(|word| verbs().is_form(word))
                 && self.lexicon.longest_at(self.tokens, self.at).is_none();
             let agent = self.actor_length(self.at);
@@ -234,7 +341,7 @@ impl Parser<'_, '_> {
 }
 
 /// Whether the verb says that its object gets elsewhere.
-fn moves(frame: Frame) -> bool {
+pub(super) fn moves(frame: Frame) -> bool {
     matches!(
         frame,
         Frame::Place

@@ -9,6 +9,7 @@ use super::modifiers::modifier;
 use super::{Chunk, Determiner, Head, NounPhrase, noun_ahead};
 use crate::text_parser::lexicon::{Entry, Meaning};
 use crate::text_parser::measures::trailing;
+use crate::text_parser::phrases::phrases;
 use crate::text_parser::property::Property;
 use crate::text_parser::quantity::quantity;
 use crate::text_parser::tokens::{Token, word};
@@ -110,6 +111,12 @@ impl Chunk<'_, '_> {
         let grammar = &vocabulary.grammar;
         if grammar.compound_heads.contains(w) {
             return true;
+        }
+        // "the egg falls into the bowl".
+        let falls =
+            phrases().list.falls.has(w) && phrases().path.directed.longest_at(self.tokens, at + 1).is_some();
+        if falls {
+            return false;
         }
         if self.is_noun_here(entry, w, at) {
             return true;
