@@ -95,7 +95,7 @@ class Page(unittest.TestCase):
         wanted, made = [Wish("tower", "stack", 1, "A tower")], [(Path("/scenes/tower"), [])]
         text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [told()]})
         self.assertTrue(held)
-        self.assertIn("| MuJoCo 3.3.0 | 1 of 1 | 5 of 5 | cube_5 (tower) | 5.00 | 0.10 |", text)
+        self.assertIn("| MuJoCo 3.3.0 | yes | 1 of 1 | 5 of 5 | cube_5 (tower) | 5.00 | 0.10 |", text)
         fallen = told(holds=False, held=4, worst_share=27.0, moved_mm=270.0, turned_deg=90.0)
         text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [fallen]})
         self.assertFalse(held)
