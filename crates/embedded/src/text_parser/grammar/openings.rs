@@ -88,8 +88,8 @@ impl Parser<'_, '_> {
         (acts && self.phrase_follows(verb + length)).then_some(verb - at)
     }
 
-    /// A verb of moving in the past at `at` with its object after it ("took", "picked up"). "Left" tells where a thing
-    /// is.
+    /// A verb of moving in the past at `at` with its object after it ("took", "picked up"). "Left" tells where an
+    /// object is.
     pub(super) fn past_at(&self, at: usize) -> Option<(Frame, usize)> {
         let form = self.word_at(at).filter(|word| *word != "left")?;
         let frame = verbs().participle(form).filter(|frame| super::unread::moves(*frame))?;
