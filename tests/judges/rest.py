@@ -4,9 +4,10 @@
 
 Each example runs in a process and an environment of its own (`scripts/programs.py` makes those that are not the judges'),
 until five seconds are simulated. Then no object may be farther from its pose than a quarter of its smallest side, or
-turned by more than two degrees (or what rest_programs.toml says of its program), and no two bodies may be deeper in each other than a quarter of the thinner one's smallest
-side or 2 mm. One measure serves all programs: MuJoCo finds the depth of the exported shapes at the poses that each ended
-with. A program that only loads the scene (Pinocchio) holds where its example ends well.
+turned by more than two degrees (or what rest_programs.toml says of its program), and no two bodies may be deeper in each
+other than a quarter of the thinner one's smallest side or 2 mm. One measure serves all programs: MuJoCo finds the depth of
+the exported shapes at the poses that each ended with. A program that only loads the scene (Pinocchio) holds where its
+example ends well.
 """
 
 import argparse
