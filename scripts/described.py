@@ -34,6 +34,13 @@ class Described:
             for told in description["objects"]
             for relation in told.get("relations", ())
         ]
+        # (object, target) of the relations that the person at the target sees.
+        self.seated = {
+            (told["id"], relation["target"])
+            for told in description["objects"]
+            for relation in told.get("relations", ())
+            if relation.get("seated")
+        }
         self.arrangements = [
             (group["kind"]["arrangement"], group["objects"], group.get("gap_m"), group.get("center"))
             for group in description.get("arrangements", ())

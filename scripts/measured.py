@@ -1,7 +1,8 @@
 """What a finished scene shows: a view of scene.json for `expectations.py`, measured from poses and boxes.
 
 Colors, materials and states are those of the description of the same text and seed, whose objects have the names of the
-instances; everything else is measured. Left, right, front and behind, on, in and next to are those of `places.py`. The
+instances; everything else is measured. Left, right, front and behind, on, in and next to are those of `places.py`, as
+the person at the target sees them where the description says so (`seated`). The
 tolerances are the constants below; distances are between the outlines from above.
 """
 
@@ -42,6 +43,7 @@ class Measured:
         self.objects = [measured(item, self.things[item.name]) for item in found]
         self.by_name = {item.name: item for item in self.objects}
         outline = scene["table"]["outline_m"]
+        self.edges = list(zip(outline, outline[1:] + outline[:1]))
         self.low = [min(corner[k] for corner in outline) for k in (0, 1)]
         self.high = [max(corner[k] for corner in outline) for k in (0, 1)]
         self.table = {"shape": scene["table"]["shape"], "size_cm": [100 * side for side in scene["table"]["size_m"]]}
@@ -65,6 +67,9 @@ class Measured:
         if other is None:
             return False
         if kind in DIRECTIONS:
+            if (name, target) in self.described.seated:
+                turn_rad = -self.seat_yaw_rad(other)
+                thing, other = thing.turned(turn_rad), other.turned(turn_rad)
             return holds(thing, DIRECTIONS[kind], other, self.things)
         if kind in ("on", "in"):
             return holds(thing, kind, other, self.things)
@@ -80,6 +85,11 @@ class Measured:
         if kind == "around":
             return gap_cm(thing, other) <= AROUND_CM
         raise ValueError(f"no measure of the relation {kind}")
+
+    def seat_yaw_rad(self, thing) -> float:
+        """Yaw of the person at a thing, who faces away from the nearest edge; 0 at the front edge."""
+        way = min((nearest(thing.center, *edge) for edge in self.edges), key=lambda way: math.hypot(*way))
+        return math.atan2(way[1], way[0]) + math.pi / 2
 
     def is_at(self, thing, words) -> bool:
         shares = [
@@ -139,6 +149,14 @@ def gap_cm(a, b) -> float:
 def smallest_gap_cm(things):
     gaps = [gap_cm(a, b) for a, b in itertools.combinations(things, 2)]
     return min(gaps) if gaps else None
+
+
+def nearest(point, start, end) -> tuple:
+    """The way from a point to the nearest point of a segment."""
+    along = [end[k] - start[k] for k in (0, 1)]
+    share = sum((point[k] - start[k]) * along[k] for k in (0, 1)) / (along[0] ** 2 + along[1] ** 2)
+    share = max(0.0, min(1.0, share))
+    return tuple(start[k] + share * along[k] - point[k] for k in (0, 1))
 
 
 def toward(a, b) -> tuple:

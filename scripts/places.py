@@ -6,6 +6,7 @@ inside the box, below the rim; what is *piled* stands on its like. The chain of 
 thing's box; *next to* leaves at most 15 cm between the boxes.
 """
 
+import copy
 import json
 import math
 from collections import Counter
@@ -51,18 +52,31 @@ class Thing:
         self.support = instance["support"]
         self.origin, self.size = instance["translation_m"], instance["size_m"]
         self.axes = axes(instance["rotation_xyzw"])
+        # The outline of its hulls from above where it is known; else that of the box, which is larger.
+        self.footprint = [tuple(corner) for corner in instance.get("footprint", ())]
+        self.measure()
+
+    def measure(self):
         self.center = self.at((0, 0, 0.5))
         faces = [(0.5, 0, 0.5), (-0.5, 0, 0.5), (0, 0.5, 0.5), (0, -0.5, 0.5), (0, 0, 0), (0, 0, 1)]
         self.lowest_end = min((self.at(face) for face in faces), key=lambda point: point[2])
         corners = [self.at((x, y, z)) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0, 1)]
         self.low = [min(corner[k] for corner in corners) for k in range(3)]
         self.high = [max(corner[k] for corner in corners) for k in range(3)]
-        # The outline of its hulls from above where it is known; else that of the box, which is larger.
-        self.footprint = [tuple(corner) for corner in instance.get("footprint", ())]
         for k in (0, 1) if self.footprint else ():
             along = [corner[k] for corner in self.footprint]
             self.low[k], self.high[k] = min(along), max(along)
             self.center[k] = 0.5 * (self.low[k] + self.high[k])
+
+    def turned(self, yaw_rad):
+        """The same thing in a world that is turned about the vertical through the origin."""
+        cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
+        turned = lambda v: [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], *v[2:]]
+        thing = copy.copy(self)
+        thing.origin, thing.axes = turned(self.origin), [turned(axis) for axis in self.axes]
+        thing.footprint = [tuple(turned(corner)) for corner in self.footprint]
+        thing.measure()
+        return thing
 
     def at(self, shares):
         """A point of the box in the world; shares of its size, the bottom at 0."""

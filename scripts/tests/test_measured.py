@@ -66,6 +66,16 @@ class Relations(unittest.TestCase):
                 self.assertTrue(scene(*right).related(kind, A, target))
                 self.assertFalse(scene(*wrong).related(kind, A, target))
 
+    def test_the_left_of_a_seat_is_that_of_the_person_who_sits_there(self):
+        for plate, fork, is_left in [
+            ((0, 0.2), (0.2, 0.2), True), ((0, 0.2), (-0.2, 0.2), False), ((0.5, 0), (0.5, -0.2), True),
+            ((0, -0.2), (-0.2, -0.2), True), ((-0.5, 0), (-0.5, 0.2), True),
+        ]:
+            with self.subTest(plate=plate, fork=fork):
+                found = scene(body(A, *fork), body(B, *plate))
+                found.described.seated.add((A, B))
+                self.assertEqual(found.related("left_of", A, B), is_left)
+
     def test_between_is_on_the_way(self):
         ends = [body("jar_1", -0.3, 0), body("jar_2", 0.3, 0)]
         self.assertTrue(scene(body(A, 0.05, 0.05), *ends).related("between", A, "jar_1", "jar_2"))
