@@ -22,12 +22,12 @@ pub mod role;
 mod process;
 mod upkeep;
 mod feeding;
-mod freezing;
 mod recording;
 pub mod service;
 pub mod local;
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The configuration, re-exported for the command line.
@@ -35,7 +35,7 @@ pub use crate::config;
 
 use crate::config::Config;
 use crate::pipeline::checkpoint::StageRuntime;
-use crate::worker::{BuildScene, Worker};
+use crate::worker::{BuildScene, SceneBuilder, Worker};
 use runtime::CpuPool;
 use store::queue::control::QueueControl;
 use store::{Intent, Store, StoreError};
@@ -76,13 +76,19 @@ pub async fn queue_control(data_dir: &Path, config: &Config) -> Result<QueueCont
     Ok(QueueControl::open(data_dir, &config.store).await?)
 }
 
-/// A worker on the store.
-pub fn worker(store: &Store, config: &Config, build: BuildScene) -> Result<Worker, AppError> {
+/// The pool that a process computes on.
+pub fn cpu_pool(config: &Config) -> Result<CpuPool, AppError> {
     let threads = config.worker.cpu_threads;
-    let cpu = CpuPool::new(threads).map_err(|source| AppError::CpuPool { threads, source })?;
+    CpuPool::new(threads).map_err(|source| AppError::CpuPool { threads, source })
+}
+
+/// A worker on the store that builds scenes.
+pub fn worker(store: &Store, config: &Config, cpu: &CpuPool, build: BuildScene) -> Worker {
     let stage_timeout = Duration::from_secs(config.worker.stage_timeout_secs);
-    let runtime = StageRuntime::new(store.clone(), cpu, BACKEND, config.worker.fan_out, stage_timeout);
-    Ok(Worker::new(store.clone(), runtime, build, config.worker.clone()))
+    let runtime =
+        StageRuntime::new(store.clone(), cpu.clone(), BACKEND, config.worker.fan_out, stage_timeout);
+    let scenes = SceneBuilder { runtime, build };
+    Worker::new(store.clone(), config.worker.clone()).with(Arc::new(scenes))
 }
 
 /// What results depend on besides inputs and settings, as part of every checkpoint's key: floating point

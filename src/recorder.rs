@@ -1,9 +1,8 @@
-//! The recorder: it makes attempts of recordings in the background, several at a time, and assembles their datasets.
+//! Recording demonstrations: the work of the jobs `record_attempt` and `assemble_recording`.
 //!
-//! Each attempt is claimed from the store with a lease, which is renewed while it is made ([`attempts`]), and kept
-//! there as soon as it is finished. So any number of processes work on one recording, and a process that dies costs
-//! the attempts that it was making. What attempts share takes seconds to find; a process does that once for a
-//! recording. When enough have succeeded, one process assembles the dataset in a work folder, and stores it
+//! Each attempt of a recording is a job ([`attempts`]), so any number of processes work on one recording, and a process
+//! that dies costs the attempts that it was making. What attempts share takes seconds to find; a process does that once
+//! for a recording. When enough have succeeded, one job assembles the dataset in a work folder, and stores it
 //! ([`assembly`]).
 
 mod assembly;
@@ -15,21 +14,23 @@ mod tests;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
+use futures::future::BoxFuture;
 use serde_json::Value;
-use tokio::sync::{OnceCell, OwnedSemaphorePermit, Semaphore, oneshot};
-use tokio_util::sync::CancellationToken;
-use tokio_util::task::AbortOnDropHandle;
+use tokio::sync::OnceCell;
 
-use crate::worker::Settings;
-use crate::worker::verdict::{Verdict, setback};
+use crate::pipeline::error::StageError;
+use crate::worker::work::remove_work_folder;
+use crate::worker::{Settings, Work, WorkAttempt};
 use demonstrations::Setup;
 use episodes::EpisodeError;
 use episodes::card::DatasetCard;
+use runtime::{ComputationFailed, CpuPool};
 use scene::RecordingId;
-use store::recordings::{RecordingClaim, RecordingRow, RecordingWork};
-use store::{Setback, Store, StoreError};
+use scene::job::{Failure, FailureClass, JobKind};
+use store::queue::{AttemptOutcome, Claim, ClaimedWork};
+use store::recordings::RecordingRow;
+use store::{Store, StoreError};
 
 /// Folder of the work in a data directory.
 const FOLDER: &str = "episodes";
@@ -78,13 +79,13 @@ enum RecordError {
     #[error(transparent)]
     Refused(#[from] Refusal),
     #[error("a bug stopped the work on this recording; the server's log has the details")]
-    Panicked,
+    Panicked(#[from] ComputationFailed),
     /// An episode is lost or damaged; its attempt is made again.
     #[error("the episode of attempt {number} is lost or damaged; see whether the disk of the blobs is sound")]
     Episodeless { number: u64 },
-    /// The process ends, or another one has the lease.
-    #[error("the work was given up")]
-    GivenUp,
+    /// The attempt was asked to stop.
+    #[error("the work was stopped")]
+    Stopped,
 }
 
 impl RecordError {
@@ -92,122 +93,83 @@ impl RecordError {
         let path = path.to_owned();
         move |source| Self::File { attempt, path, source }
     }
+}
 
-    fn verdict(&self) -> Verdict {
-        match self {
-            Self::GivenUp | Self::Store(StoreError::RecordingLeaseLost { .. }) => Verdict::GivenUp,
-            Self::Panicked => Verdict::of_panic(),
-            Self::Store(error) => Verdict::of_store(error),
-            Self::File { source, .. } | Self::Episode(EpisodeError::Write { source, .. }) => {
-                Verdict::of_work_folder(source.kind())
+impl From<RecordError> for StageError {
+    fn from(error: RecordError) -> Self {
+        let message = error.to_string();
+        match error {
+            RecordError::Stopped => Self::cancelled(),
+            RecordError::Panicked(died) => {
+                Self { code: "internal_error", ..Self::crashed(message).because(died) }
             }
-            Self::Episode(EpisodeError::DiskFull { .. }) => {
-                Verdict::of_work_folder(std::io::ErrorKind::StorageFull)
+            RecordError::Store(error) => error.into(),
+            RecordError::File { source, .. } | RecordError::Episode(EpisodeError::Write { source, .. }) => {
+                Self::transient("work_folder_unusable", message).because(source)
             }
-            Self::Episodeless { .. } => Verdict::Again { code: "episode_lost", charged: true },
-            Self::Episode(error) => Verdict::Refused { code: "episode_unusable", message: error.to_string() },
-            Self::Refused(refusal) => {
-                Verdict::Refused { code: refusal.code, message: refusal.message.clone() }
+            RecordError::Episode(EpisodeError::DiskFull { .. }) => {
+                let full = std::io::Error::from(std::io::ErrorKind::StorageFull);
+                Self::transient("work_folder_unusable", message).because(full)
             }
+            RecordError::Episodeless { .. } => Self::transient("episode_lost", message),
+            RecordError::Episode(_) => Self::permanent("episode_unusable", message),
+            RecordError::Refused(refusal) => Self::permanent(refusal.code, refusal.message),
         }
     }
 }
 
 /// Records demonstrations of a store.
-#[derive(Clone)]
 pub struct Recorder {
     store: Store,
+    cpu: CpuPool,
     folder: PathBuf,
     prepare: Prepare,
-    owner: String,
-    settings: Arc<Settings>,
-    /// Attempts at a time.
-    slots: Arc<Semaphore>,
-    prepared: Arc<Mutex<VecDeque<(RecordingId, PreparedCell)>>>,
+    /// Times that the episode of an attempt may be lost.
+    max_losses: u32,
+    prepared: Mutex<VecDeque<(RecordingId, PreparedCell)>>,
 }
 
 impl Recorder {
-    /// A recorder that works below `data_dir`, as the process `owner`. Leases, tries, deaths and delays are those of
-    /// jobs, and there are as many attempts at a time as CPU threads.
-    pub fn new(
-        store: Store,
-        data_dir: &Path,
-        prepare: Prepare,
-        owner: &str,
-        settings: Arc<Settings>,
-    ) -> Self {
-        let attempts = match settings.cpu_threads {
-            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-            threads => threads,
-        };
-        Self {
-            store,
-            folder: data_dir.join(FOLDER),
-            prepare,
-            owner: owner.to_owned(),
-            settings,
-            slots: Arc::new(Semaphore::new(attempts.clamp(1, Semaphore::MAX_PERMITS))),
-            prepared: Arc::default(),
-        }
+    /// A recorder that works below `data_dir` and computes on `cpu`.
+    pub fn new(store: Store, cpu: CpuPool, data_dir: &Path, prepare: Prepare, settings: &Settings) -> Self {
+        let folder = data_dir.join(FOLDER);
+        Self { store, cpu, folder, prepare, max_losses: settings.max_attempts, prepared: Mutex::default() }
     }
 
-    fn lease(&self) -> Duration {
-        Duration::from_secs(self.settings.lease_secs)
+    fn folder_of(&self, recording: &RecordingRow) -> PathBuf {
+        self.folder.join(recording.id.as_str())
     }
 
-    /// Works until `shutdown`.
-    pub async fn run(self, shutdown: CancellationToken) {
-        let mut changes = self.store.changes();
-        while !shutdown.is_cancelled() {
-            let slot = tokio::select! {
-                () = shutdown.cancelled() => return,
-                slot = self.slots.clone().acquire_owned() => slot,
-            };
-            let Ok(slot) = slot else { return };
-            changes.mark_unchanged();
-            match self.store.claim_recording(&self.owner, self.lease(), self.settings.max_deaths).await {
-                Ok(Some(claim)) => {
-                    let (recorder, shutdown) = (self.clone(), shutdown.clone());
-                    tokio::spawn(async move { recorder.work(claim, Arc::new(slot), &shutdown).await });
-                    continue;
-                }
-                Ok(None) => {}
-                // The store itself reports outages, once.
-                Err(error) if error.outage().is_some() => {}
-                Err(error) => {
-                    tracing::error!(
-                        error = error.chain(),
-                        "cannot claim work of a recording; trying again later"
-                    )
-                }
-            }
-            drop(slot);
-            tokio::select! {
-                () = shutdown.cancelled() => {}
-                _ = changes.changed() => {}
-                () = tokio::time::sleep(Duration::from_millis(self.settings.poll_ms)) => {}
-            }
-        }
-    }
-
-    async fn work(
-        &self,
-        claim: RecordingClaim,
-        slot: Arc<OwnedSemaphorePermit>,
-        shutdown: &CancellationToken,
-    ) {
+    async fn attempt(&self, claim: &Claim) -> Result<AttemptOutcome, RecordError> {
         match &claim.work {
-            RecordingWork::Attempt(lease) => self.attempt(&claim, lease, slot, shutdown).await,
-            RecordingWork::Assembly(lease) => self.assembly(&claim, lease, slot, shutdown).await,
+            ClaimedWork::RecordAttempt(attempt) => {
+                Ok(AttemptOutcome::Attempted(self.make(&claim.lease, attempt).await?))
+            }
+            ClaimedWork::AssembleRecording(recording) => {
+                let folder = self.folder_of(recording);
+                match self.assemble(&claim.lease, recording, &folder).await {
+                    Ok(summary) => Ok(AttemptOutcome::Assembled(summary)),
+                    Err(RecordError::Episodeless { number }) => {
+                        let failure = Failure {
+                            class: FailureClass::Transient,
+                            code: "episode_lost".into(),
+                            message: RecordError::Episodeless { number }.to_string(),
+                        };
+                        let max_losses = self.max_losses;
+                        Ok(AttemptOutcome::EpisodeLost { number, failure, max_losses })
+                    }
+                    Err(error) => Err(error),
+                }
+            }
+            _ => {
+                let message = "a job of another kind came to the recorder; report this".to_owned();
+                Err(Refusal { code: "internal_error", message }.into())
+            }
         }
     }
 
     /// What attempts of a recording share: found once, also by several attempts at a time.
-    async fn prepared(
-        &self,
-        recording: &RecordingRow,
-        slot: &Arc<OwnedSemaphorePermit>,
-    ) -> Result<Arc<Prepared>, RecordError> {
+    async fn prepared(&self, recording: &RecordingRow) -> Result<Arc<Prepared>, RecordError> {
         let cell = self.cell(&recording.id);
         let found = cell.get_or_try_init(async || {
             let Some(archive) = self.store.blobs().get(&recording.bundle).await? else {
@@ -216,13 +178,13 @@ impl Recorder {
                 return Ok(Err(Refusal { code: "bundle_lost", message: message.into() }));
             };
             let (prepare, request) = (self.prepare.clone(), recording.request.clone());
-            apart(slot, move || {
-                Ok(prepare(&archive, &request).map(|preparation| {
+            let preparing = self.cpu.run(move || {
+                prepare(&archive, &request).map(|preparation| {
                     let identity = preparation.setup.identity();
                     Arc::new(Prepared { preparation, identity })
-                }))
-            })
-            .await
+                })
+            });
+            Ok(preparing.await?)
         });
         let found: Result<&Result<Arc<Prepared>, Refusal>, RecordError> = found.await;
         Ok(found?.clone()?)
@@ -243,48 +205,34 @@ impl Recorder {
         }
         cell
     }
+}
 
-    /// What follows a try that failed and is made again; the log has the reason.
-    fn setback(
-        &self,
-        claim: &RecordingClaim,
-        error: &RecordError,
-        code: &'static str,
-        charged: bool,
-    ) -> Setback {
-        let setback = setback(code, error.to_string(), charged, claim.tries, &self.settings);
-        tracing::error!(
-            recording_id = %claim.recording.id,
-            error = runtime::error_chain(error),
-            tries = claim.tries,
-            delay_secs = setback.delay.as_secs_f32(),
-            "work on a recording broke off; it is begun again unless this was the last try"
-        );
-        setback
+impl Work for Recorder {
+    fn kinds(&self) -> &'static [JobKind] {
+        &[JobKind::RecordAttempt, JobKind::AssembleRecording]
     }
-}
 
-/// Runs work in a task of its own, so that a panic is an outcome.
-async fn guarded(
-    work: impl Future<Output = Result<(), RecordError>> + Send + 'static,
-) -> Result<(), RecordError> {
-    AbortOnDropHandle::new(tokio::spawn(work)).await.unwrap_or(Err(RecordError::Panicked))
-}
+    /// One for each thread that computes: an attempt keeps one busy.
+    fn slots(&self, settings: &Settings) -> usize {
+        match settings.cpu_threads {
+            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            threads => threads,
+        }
+    }
 
-/// Runs work that blocks for long on a thread of its own, which the end of the process does not wait for. The slot is
-/// taken until the work ends, also if its result is not waited for any more.
-async fn apart<T: Send + 'static>(
-    slot: &Arc<OwnedSemaphorePermit>,
-    work: impl FnOnce() -> Result<T, RecordError> + Send + 'static,
-) -> Result<T, RecordError> {
-    let (answer, result) = oneshot::channel();
-    let slot = slot.clone();
-    let spawned = std::thread::Builder::new().name("recorder".into()).spawn(move || {
-        let done = work();
-        drop(slot);
-        // The receiver is gone where the work was given up.
-        let _ = answer.send(done);
-    });
-    spawned.map_err(RecordError::file("start a thread for", Path::new(FOLDER)))?;
-    result.await.unwrap_or(Err(RecordError::Panicked))
+    fn run(self: Arc<Self>, attempt: WorkAttempt) -> BoxFuture<'static, Result<AttemptOutcome, StageError>> {
+        Box::pin(async move {
+            let worked = tokio::select! {
+                worked = self.attempt(&attempt.claim) => worked,
+                () = attempt.stopped() => Err(RecordError::Stopped),
+            };
+            Ok(worked?)
+        })
+    }
+
+    fn ended(&self, work: &ClaimedWork) {
+        if let ClaimedWork::AssembleRecording(recording) = work {
+            remove_work_folder(&self.folder_of(recording));
+        }
+    }
 }

@@ -20,6 +20,7 @@ use tracing_opentelemetry::OpenTelemetrySpanExt;
 use uuid::Uuid;
 
 use scene::{JobId, SceneId};
+use store::queue::{Claim, ClaimedWork};
 
 /// Routes of orchestrators and scrapers: asked every few seconds, and worth a line or a span only to those who debug.
 const PROBES: [&str; 4] = ["/healthz", "/readyz", "/metrics", "/version"];
@@ -52,27 +53,38 @@ pub fn request(id: &str, method: &str, path: &str, trace_parent: Option<&str>) -
     span
 }
 
-/// Notes in the present request's span which scene and job it is about.
-pub fn submitted(scene_id: &SceneId, job_id: &JobId) {
+/// Notes in the present request's span which job it is about, and which scene, if any.
+pub fn submitted(scene_id: Option<&SceneId>, job_id: &JobId) {
     let span = Span::current();
-    span.record("scene_id", scene_id.as_str()).record("job_id", job_id.as_str());
+    span.record("scene_id", scene_id.map(SceneId::as_str)).record("job_id", job_id.as_str());
     if let Some(job) = trace_of(job_id) {
         span.add_link(job);
     }
 }
 
 /// The span of an attempt at a job.
-pub fn job(job_id: &JobId, scene_id: &SceneId, epoch: i64, attempt: i64) -> Span {
+pub fn job(claim: &Claim) -> Span {
+    let job_id = &claim.lease.job_id;
     let span = tracing::info_span!(
         parent: None,
         "job",
         otel.kind = "consumer",
         job_id = job_id.as_str(),
-        scene_id = scene_id.as_str(),
-        epoch,
-        attempt,
+        scene_id = Empty,
+        dataset_id = Empty,
+        recording_id = Empty,
+        epoch = claim.lease.epoch,
+        attempt = claim.attempt,
         state = Empty,
     );
+    match &claim.work {
+        ClaimedWork::BuildScene(scene) => span.record("scene_id", scene.scene_id.as_str()),
+        ClaimedWork::FreezeDataset(dataset) | ClaimedWork::VerifyDataset(dataset) => {
+            span.record("dataset_id", dataset.id.as_str())
+        }
+        ClaimedWork::RecordAttempt(attempt) => span.record("recording_id", attempt.recording.id.as_str()),
+        ClaimedWork::AssembleRecording(recording) => span.record("recording_id", recording.id.as_str()),
+    };
     if let Some(job) = trace_of(job_id) {
         let _ = span.set_parent(Context::new().with_remote_span_context(job));
     }

@@ -1,33 +1,37 @@
-//! The worker: claim a job, build its scene, finish it.
+//! The worker: claim a job, carry it out, finish it. Every kind of background work is a job (see [`work`]).
 //!
 //! Every process start is a new owner. While a job runs, the heartbeat (a thread of its own, so no
 //! computation can starve it) extends the lease, hears of cancellations, deadlines and lost leases, and
-//! stops the build through its interrupt. Shutting down stops claiming, lets running stages finish and
+//! stops the work through its interrupt. Shutting down stops claiming, lets running stages finish and
 //! commit, and gives jobs back uncharged. Where one process owns the database, every lease at start belongs
 //! to a dead process, so those jobs are taken over at once; where several share it, leases run out. Every
 //! worker returns jobs of dead workers to the queue, also while all of its own slots are busy.
 
 pub mod build;
+pub mod work;
 pub mod backoff;
-pub(crate) mod verdict;
 mod heartbeat;
 mod attempt;
 mod rescue;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, watch};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use uuid::Uuid;
 
-use crate::pipeline::checkpoint::StageRuntime;
 use scene::JobId;
+use scene::job::JobKind;
+use store::queue::Scope;
 use store::{Outage, Store, StoreError};
 
-pub use build::{BuildScene, BuiltScene, JobContext};
+pub use build::{BuildScene, BuiltScene, JobContext, SceneBuilder};
+pub use work::{Work, WorkAttempt};
 
 use heartbeat::Heartbeat;
 
@@ -35,7 +39,7 @@ use heartbeat::Heartbeat;
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Jobs worked on at the same time (1..=64). More overlaps waiting; the CPU pool is shared.
+    /// Scenes built at the same time (1..=64). More overlaps waiting; the CPU pool is shared.
     pub concurrency: usize,
     /// Threads of the CPU pool; 0 = one per core. Does not change results.
     pub cpu_threads: usize,
@@ -68,26 +72,35 @@ pub struct Settings {
 /// How long a shutdown waits for interrupted stages to end.
 const INTERRUPT_GRACE: Duration = Duration::from_secs(10);
 
-/// Takes jobs from the store and builds them.
+/// A work with its slots.
+#[derive(Clone)]
+struct SlottedWork {
+    work: Arc<dyn Work>,
+    slots: Arc<Semaphore>,
+}
+
+/// Takes jobs from the store and carries them out.
 #[derive(Clone)]
 pub struct Worker {
     store: Store,
-    runtime: StageRuntime,
-    build: BuildScene,
+    works: Vec<SlottedWork>,
     settings: Arc<Settings>,
     owner: Arc<str>,
     only: Option<JobId>,
 }
 
 impl Worker {
-    pub fn new(store: Store, runtime: StageRuntime, build: BuildScene, settings: Settings) -> Self {
+    /// A worker that carries nothing out yet.
+    pub fn new(store: Store, settings: Settings) -> Self {
         let owner = Uuid::new_v4().to_string();
-        Self { store, runtime, build, settings: Arc::new(settings), owner: owner.into(), only: None }
+        Self { store, works: Vec::new(), settings: Arc::new(settings), owner: owner.into(), only: None }
     }
 
-    /// The name of this process in the rows that it holds.
-    pub fn owner(&self) -> &str {
-        &self.owner
+    /// The same worker, which takes the jobs of this work, too.
+    pub fn with(mut self, work: Arc<dyn Work>) -> Self {
+        let slots = work.slots(&self.settings).clamp(1, Semaphore::MAX_PERMITS);
+        self.works.push(SlottedWork { work, slots: Arc::new(Semaphore::new(slots)) });
+        self
     }
 
     /// A worker that takes this job and leaves every other alone.
@@ -108,38 +121,53 @@ impl Worker {
             Duration::from_secs(self.settings.lease_secs),
             Duration::from_secs(self.settings.heartbeat_secs),
         )?;
-        let slots = Arc::new(Semaphore::new(self.settings.concurrency.max(1)));
-        metrics::gauge!("tabletopgen_worker_slots").set(slots.available_permits() as f64);
+        for known in &self.works {
+            let slots = known.slots.available_permits() as f64;
+            metrics::gauge!("tabletopgen_worker_slots", "kind" => label(&*known.work)).set(slots);
+        }
         let attempts = TaskTracker::new();
+        // Told when a slot becomes free.
+        let freed = Arc::new(Notify::new());
         let mut failed_claims = 0;
         loop {
-            let slot = tokio::select! {
-                biased;
-                () = shutdown.cancelled() => break,
-                slot = slots.clone().acquire_owned() => match slot {
-                    Ok(slot) => slot,
-                    Err(_) => break,
-                },
+            let Some(scope) = self.free_scope() else {
+                tokio::select! {
+                    biased;
+                    () = shutdown.cancelled() => break,
+                    () = freed.notified() => continue,
+                }
             };
+            if shutdown.is_cancelled() {
+                break;
+            }
             let mut changes = self.store.changes();
             let lease = Duration::from_secs(self.settings.lease_secs);
-            let only = self.only.as_ref();
             let mut pause = Duration::from_millis(self.settings.poll_ms);
-            match self.store.claim(&self.owner, lease, self.settings.max_deaths, only).await {
+            match self.store.claim(&self.owner, lease, self.settings.max_deaths, &scope).await {
                 Ok(Some(claim)) => {
+                    let Some((work, slot)) = self.slot_for(claim.work.kind()) else {
+                        tracing::error!(
+                            kind = claim.work.kind().as_str(),
+                            "no slot for the job that was claimed"
+                        );
+                        break;
+                    };
                     let attempt = attempt::JobAttempt {
                         store: self.store.clone(),
-                        runtime: self.runtime.clone(),
-                        build: self.build.clone(),
+                        work,
                         settings: self.settings.clone(),
                         heartbeat: heartbeat.clone(),
                     };
                     count_claim("claimed");
+                    let freed = freed.clone();
+                    let used =
+                        metrics::gauge!("tabletopgen_worker_slots_used", "kind" => label(&*attempt.work));
                     attempts.spawn(async move {
-                        metrics::gauge!("tabletopgen_worker_slots_used").increment(1.0);
+                        used.increment(1.0);
                         attempt.run(claim).await;
-                        metrics::gauge!("tabletopgen_worker_slots_used").decrement(1.0);
+                        used.decrement(1.0);
                         drop(slot);
+                        freed.notify_one();
                     });
                     failed_claims = 0;
                     continue;
@@ -159,15 +187,33 @@ impl Worker {
                     }
                 }
             }
-            drop(slot);
             tokio::select! {
                 () = shutdown.cancelled() => break,
-                () = self.something_new(&mut changes, failed_claims > 0) => {}
+                () = self.something_new(&mut changes, &scope, failed_claims > 0) => {}
+                () = freed.notified() => {}
                 () = tokio::time::sleep(pause) => {}
             }
         }
         self.drain(&heartbeat, attempts).await;
         Ok(())
+    }
+
+    /// The jobs that there are free slots for; `None` while there are none.
+    fn free_scope(&self) -> Option<Scope> {
+        let free = self.works.iter().filter(|known| known.slots.available_permits() > 0);
+        let kinds: Vec<JobKind> = free.flat_map(|known| known.work.kinds()).copied().collect();
+        let scope = match &self.only {
+            Some(job_id) => Scope::Job(job_id.clone()),
+            None => Scope::Kinds(kinds.clone()),
+        };
+        (!kinds.is_empty()).then_some(scope)
+    }
+
+    /// The work for jobs of a kind, with one of its slots.
+    fn slot_for(&self, kind: JobKind) -> Option<(Arc<dyn Work>, OwnedSemaphorePermit)> {
+        let known = self.works.iter().find(|known| known.work.kinds().contains(&kind))?;
+        let slot = known.slots.clone().try_acquire_owned().ok()?;
+        Some((known.work.clone(), slot))
     }
 
     /// Ends the leases of workers that died, as soon as storage takes writes; `None` if stopped before.
@@ -187,11 +233,11 @@ impl Worker {
     }
 
     /// Returns when it is worth looking at the queue again: a job may be claimed, or an outage ended.
-    async fn something_new(&self, changes: &mut watch::Receiver<u64>, claims_fail: bool) {
+    async fn something_new(&self, changes: &mut watch::Receiver<u64>, scope: &Scope, claims_fail: bool) {
         if !claims_fail {
             // An error means that the store is gone; then the pause decides. Most changes are of jobs that run.
             while changes.changed().await.is_ok() {
-                if !matches!(self.store.has_work().await, Ok(false)) {
+                if !matches!(self.store.has_work(scope).await, Ok(false)) {
                     return;
                 }
             }
@@ -224,6 +270,11 @@ impl Worker {
             }
         }
     }
+}
+
+/// The label of the metrics of a work: the first of its kinds.
+fn label(work: &dyn Work) -> &'static str {
+    work.kinds().first().map_or("", |kind| kind.as_str())
 }
 
 fn count_claim(outcome: &'static str) {

@@ -106,11 +106,11 @@ pub(super) async fn enqueue_one(
     match api.store.submit_scheduled(new, schedule).await? {
         SubmitOutcome::Created { scene_id, job_id, rows } => {
             metrics::counter!("tabletopgen_scenes_submitted_total").increment(1);
-            spans::submitted(&scene_id, &job_id);
+            spans::submitted(Some(&scene_id), &job_id);
             Ok(Ok(Enqueued { scene_id, rows: Some(rows) }))
         }
         SubmitOutcome::Replayed { scene_id, job_id } => {
-            spans::submitted(&scene_id, &job_id);
+            spans::submitted(Some(&scene_id), &job_id);
             Ok(Ok(Enqueued { scene_id, rows: None }))
         }
         SubmitOutcome::QueueFull(full) => Ok(Err(full)),

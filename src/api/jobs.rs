@@ -28,6 +28,10 @@ pub struct ListParameters {
     kind: Option<JobKind>,
     /// Only jobs of this scene.
     scene: Option<IdFilter>,
+    /// Only jobs of this dataset.
+    dataset: Option<IdFilter>,
+    /// Only jobs of this recording.
+    recording: Option<IdFilter>,
     /// Only jobs of this batch.
     batch: Option<IdFilter>,
     created_after: Option<Time>,
@@ -52,6 +56,8 @@ pub async fn list(
         state: parameters.state,
         kind: parameters.kind,
         scene: parameters.scene.and_then(IdFilter::id),
+        dataset: parameters.dataset.and_then(IdFilter::id),
+        recording: parameters.recording.and_then(IdFilter::id),
         batch: parameters.batch.and_then(IdFilter::id),
         created_after_ms: parameters.created_after.map(Time::as_ms),
         before_id: parameters.page_token.and_then(PageToken::last_id),
@@ -125,15 +131,21 @@ pub async fn retry(
     let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
     let job_id = parse_id(&job_id)?;
     match api.store.retry(&DEFAULT_TENANT, &job_id, body.from_stage).await? {
-        RetryOutcome::Created { job_id, scene_id } => {
-            spans::submitted(&scene_id, &job_id);
-            let view = view(&api, find(&api, &job_id).await?).await?;
+        RetryOutcome::Created { job_id } => {
+            let job = find(&api, &job_id).await?;
+            spans::submitted(job.scene_id.as_ref(), &job_id);
+            let view = view(&api, job).await?;
             Ok(accepted_at(&view.links.this, &view))
         }
         RetryOutcome::NotFound => Err(Problem::not_found("job", job_id.as_str())),
         RetryOutcome::StillActive => conflict(
             "job_still_active",
-            "a job of this scene has not ended; cancel it first, or wait for it".to_owned(),
+            "a job of this scene or dataset has not ended; cancel it first, or wait for it".to_owned(),
+        ),
+        RetryOutcome::NothingToRepeat => conflict(
+            "nothing_to_retry",
+            "the dataset is frozen or has a newer job, or a recording repeats its own jobs; submit it again"
+                .to_owned(),
         ),
         RetryOutcome::SceneIs(state) => conflict(
             "scene_not_retryable",

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 pub use super::spending::SpendingView;
-use scene::{JobId, SceneId};
+use scene::{DatasetId, JobId, RecordingId, SceneId};
 use store::artifacts::ArtifactRow;
 use store::events::Event;
 use store::jobs::{JobRow, StageRow};
@@ -97,6 +97,10 @@ pub struct JobView {
     pub kind: &'static str,
     pub state: &'static str,
     pub scene_id: Option<SceneId>,
+    pub dataset_id: Option<DatasetId>,
+    pub recording_id: Option<RecordingId>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attempt_number: Option<u64>,
     pub retry_of: Option<JobId>,
     pub from_stage: Option<String>,
     pub attempt: i64,
@@ -118,6 +122,8 @@ pub struct JobLinks {
     pub events: String,
     pub stages: String,
     pub scene: Option<String>,
+    pub dataset: Option<String>,
+    pub recording: Option<String>,
 }
 
 impl JobView {
@@ -128,12 +134,17 @@ impl JobView {
                 events: format!("{this}/events"),
                 stages: format!("{this}/stages"),
                 scene: job.scene_id.as_ref().map(|id| format!("/scenes/{id}")),
+                dataset: job.dataset_id.as_ref().map(|id| format!("/datasets/{id}")),
+                recording: job.recording_id.as_ref().map(|id| format!("/episodes/{id}")),
                 this,
             },
             id: job.id,
             kind: job.kind.as_str(),
             state: job.state.as_str(),
             scene_id: job.scene_id,
+            dataset_id: job.dataset_id,
+            recording_id: job.recording_id,
+            attempt_number: job.attempt_number,
             retry_of: job.retry_of,
             from_stage: job.from_stage,
             attempt: job.attempt,

@@ -44,7 +44,7 @@ pub async fn run(
         }
     };
     let stop = CancellationToken::new();
-    let worker = super::worker(store, config, build)?.only(&job_id);
+    let worker = super::worker(store, config, &super::cpu_pool(config)?, build).only(&job_id);
     let worker = tokio::spawn(worker.run(stop.clone()));
     let ended = follow(store, &scene_id, &job_id, &cancel, &mut tell).await;
     stop.cancel();

@@ -86,8 +86,8 @@ pub const METRICS: &[Metric] = &[
     ),
     counter("tabletopgen_claims_total", &["outcome"], "Looks at the queue: claimed, empty or failed"),
     counter("tabletopgen_lease_losses_total", &[], "Leases that were lost while the worker was at the job"),
-    gauge("tabletopgen_worker_slots", &[], "Jobs that the process works on at most at the same time"),
-    gauge("tabletopgen_worker_slots_used", &[], "Jobs that the process works on"),
+    gauge("tabletopgen_worker_slots", &["kind"], "Jobs that the process works on at most at the same time"),
+    gauge("tabletopgen_worker_slots_used", &["kind"], "Jobs that the process works on"),
     counter(
         "tabletopgen_stages_total",
         &["outcome", "stage"],

@@ -5,24 +5,20 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 use serde_json::Value;
-use tokio_util::sync::CancellationToken;
 
 use super::activity::unwatched;
 use super::episodes::{EpisodesOrder, card, ordered, setup};
 use super::executions::TaskSource;
 use crate::api::Problem;
 use crate::api::episodes::{CheckEpisodes, CheckedEpisodes, EpisodesBody};
-use crate::background::kept_running;
 use crate::config::Resolved;
 use crate::recorder::{Preparation, Prepare, Recorder, Refusal};
+use runtime::CpuPool;
 use store::Store;
 
-/// Records episodes from now on until `shutdown`, in a folder of `data_dir`, as `owner`.
-pub fn start(store: &Store, resolved: &Resolved, data_dir: &Path, owner: &str, shutdown: &CancellationToken) {
-    let settings = Arc::new(resolved.config.worker.clone());
-    let recorder = Recorder::new(store.clone(), data_dir, prepare(resolved), owner, settings);
-    let shutdown = shutdown.clone();
-    tokio::spawn(kept_running("recorder of episodes", move || recorder.clone().run(shutdown.clone())));
+/// The recorder of a service, which works in a folder of `data_dir`.
+pub fn recorder(store: &Store, resolved: &Resolved, cpu: &CpuPool, data_dir: &Path) -> Recorder {
+    Recorder::new(store.clone(), cpu.clone(), data_dir, prepare(resolved), &resolved.config.worker)
 }
 
 /// Checks orders of episodes, for the interface.

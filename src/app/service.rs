@@ -2,6 +2,7 @@
 
 use std::net::SocketAddr;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::net::TcpListener;
@@ -11,7 +12,8 @@ use super::process::Process;
 use super::{AppError, metrics};
 use crate::api;
 use crate::api::Api;
-use crate::config::Resolved;
+use crate::config::{Config, Resolved};
+use crate::freezer::Freezer;
 use crate::worker::{BuildScene, Worker};
 use store::{Intent, Store};
 
@@ -48,10 +50,10 @@ async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) 
     let listener = super::listening::bind(&config.server).await?;
     let address = address_of(&listener, &config.server.listen)?;
     let store = super::open(data_dir, config, Intent::Create).await?;
-    let worker = build.map(|build| super::worker(&store, config, build)).transpose()?;
+    let worker = build.map(|build| worker(resolved, data_dir, &store, build)).transpose()?;
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
-    if let Some(worker) = &worker {
-        start_background(resolved, data_dir, &store, worker, &draining);
+    if worker.is_some() {
+        start_background(config, &store, &draining);
     }
     let api = interface(resolved, &config.server, &store, &draining, &closing);
     let (router, settings, closed) = (api::router(api), config.server.clone(), closing.clone());
@@ -81,9 +83,9 @@ pub async fn start_worker(
     };
     let address = listener.as_ref().map(|bound| address_of(bound, &config.worker.listen)).transpose()?;
     let store = super::open(data_dir, config, Intent::Create).await?;
-    let worker = super::worker(&store, config, build)?;
+    let worker = worker(resolved, data_dir, &store, build)?;
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
-    start_background(resolved, data_dir, &store, &worker, &draining);
+    start_background(config, &store, &draining);
     let listener = listener.map(|listener| {
         let settings = api::Settings {
             listen: listen_on.unwrap_or_default().to_owned(),
@@ -129,20 +131,24 @@ impl WorkerService {
     }
 }
 
-/// Starts what a process with a worker does beside jobs, under the worker's name: it is blamed for the death of its
-/// process together with the jobs (see `store::deaths`).
-fn start_background(
+/// The worker of a service, which carries out jobs of every kind.
+fn worker(
     resolved: &Resolved,
     data_dir: &Path,
     store: &Store,
-    worker: &Worker,
-    draining: &CancellationToken,
-) {
-    let config = &resolved.config;
+    build: BuildScene,
+) -> Result<Worker, AppError> {
+    let cpu = super::cpu_pool(&resolved.config)?;
+    let freezer = Freezer::new(store.clone(), cpu.clone(), data_dir);
+    let recorder = super::recording::recorder(store, resolved, &cpu, data_dir);
+    let worker = super::worker(store, &resolved.config, &cpu, build);
+    Ok(worker.with(Arc::new(freezer)).with(Arc::new(recorder)))
+}
+
+/// Starts what a process with a worker does beside jobs.
+fn start_background(config: &Config, store: &Store, draining: &CancellationToken) {
     super::upkeep::start(store, config, draining);
     super::feeding::start(store, config, draining);
-    super::freezing::start(store, config, data_dir, worker.owner(), draining);
-    super::recording::start(store, resolved, data_dir, worker.owner(), draining);
 }
 
 fn address_of(listener: &TcpListener, stated: &str) -> Result<SocketAddr, AppError> {

@@ -159,7 +159,8 @@ async fn work(
         finished: 0,
         started: std::time::Instant::now(),
     };
-    let ending = engine.run(source, app::worker(&store, config, build)?, &stop).await?;
+    let ending =
+        engine.run(source, app::worker(&store, config, &app::cpu_pool(config)?, build), &stop).await?;
     engine.report.close();
     let counts = &engine.stock.counts;
     let summary = engine.summary(&arguments.out);

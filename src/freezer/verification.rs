@@ -2,40 +2,39 @@
 
 use std::path::Path;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::{FreezeError, Freezer, Steps, apart, sources};
+use super::{FreezeError, Freezer, Steps, sources};
 use datasets::verify;
-use store::datasets::DatasetClaim;
+use store::datasets::DatasetRow;
 
 /// Faults that are listed; the number of all is stated.
 const MAX_FAULTS: usize = 100;
 
 impl Freezer {
-    /// Verifies a version and records what was found.
+    /// Verifies a version; what was found, as JSON.
     pub(super) async fn verify(
         &self,
-        claim: &DatasetClaim,
+        dataset: &DatasetRow,
         folder: &Path,
         steps: &Steps,
-    ) -> Result<(), FreezeError> {
+    ) -> Result<Value, FreezeError> {
         let version = folder.join("version");
-        for file in self.store.dataset_files(&claim.lease.id).await? {
+        for file in self.store.dataset_files(&dataset.id).await? {
             let target = version.join(&file.path);
             let parent = target.parent().unwrap_or(&version);
             std::fs::create_dir_all(parent).map_err(FreezeError::file("create", parent))?;
             let is_there = std::fs::metadata(&target).is_ok_and(|about| about.len() == file.size);
             // A blob that is missing or damaged leaves a file out, which is a fault of the version.
             if !is_there && !sources::copy_blob(&self.store, &file.digest, &target).await? {
-                tracing::warn!(dataset_id = %claim.lease.id, path = file.path, "a file of a dataset is lost");
+                tracing::warn!(dataset_id = %dataset.id, path = file.path, "a file of a dataset is lost");
             }
         }
         let steps = steps.clone();
-        let verified = apart(move || {
-            Ok(verify::verify(&version, &mut |done, all| steps.set(done, all))
-                .map_err(|error| error.to_string()))
+        let verified = self.cpu.run(move || {
+            verify::verify(&version, &mut |done, all| steps.set(done, all)).map_err(|error| error.to_string())
         });
-        let found = match verified.await? {
+        Ok(match verified.await? {
             Ok(verification) => {
                 let faults = &verification.faults;
                 let listed = faults.iter().take(MAX_FAULTS);
@@ -54,8 +53,6 @@ impl Freezer {
                 "intact": false, "scenes": 0, "bytes": 0, "fault_count": 1,
                 "faults": [{ "path": datasets::dataset_manifest::PATH, "reason": reason }],
             }),
-        };
-        self.store.finish_verification(&claim.lease, found).await?;
-        Ok(())
+        })
     }
 }

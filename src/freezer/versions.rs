@@ -5,21 +5,22 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::request::DatasetRequest;
-use super::{FreezeError, Freezer, Steps, apart, sources};
+use super::{FreezeError, Freezer, Steps, sources};
 use datasets::dataset_manifest::{self, Layout};
 use datasets::freeze::{self, FreezeRequest, FrozenDataset, Progress};
 use datasets::{licences, statistics};
-use store::datasets::{DatasetClaim, DatasetFile, DatasetRow, FreezeResult, FrozenVersion};
+use store::Lease;
+use store::datasets::{DatasetFile, DatasetRow, FrozenVersion};
 
 impl Freezer {
-    /// Freezes a dataset and records its version.
+    /// Freezes a dataset and records the files of its version.
     pub(super) async fn freeze(
         &self,
-        claim: &DatasetClaim,
+        lease: &Lease,
+        dataset: &DatasetRow,
         folder: &Path,
         steps: &Steps,
-    ) -> Result<(), FreezeError> {
-        let dataset = &claim.dataset;
+    ) -> Result<FrozenVersion, FreezeError> {
         let request: DatasetRequest = serde_json::from_value(dataset.request.clone()).map_err(|error| {
             FreezeError::Request(format!(
                 "the stored request belongs to another version ({error}); freeze again"
@@ -33,28 +34,26 @@ impl Freezer {
         if let Some(earlier) = &earlier {
             self.place_earlier(earlier, &out).await?;
         }
-        let frozen = frozen(dataset, request, records, out, steps.clone()).await?;
+        let frozen = self.frozen(dataset, request, records, out, steps.clone()).await?;
         let manifest = &frozen.manifest;
         let paths = match &earlier {
             Some(earlier) if frozen.existed => {
-                self.store.share_dataset_files(&claim.lease, earlier).await?;
-                let files = self.store.dataset_files(&claim.lease.id).await?;
+                self.store.share_dataset_files(lease, earlier).await?;
+                let files = self.store.dataset_files(&dataset.id).await?;
                 files.into_iter().map(|file| file.path).collect()
             }
-            _ => self.put_files(claim, &frozen, steps).await?,
+            _ => self.put_files(lease, &frozen, steps).await?,
         };
         let summary = json!({
             "counts": manifest.counts, "selection": manifest.selection, "changes": manifest.changes,
             "unchanged": frozen.existed,
         });
-        let version = FrozenVersion {
+        Ok(FrozenVersion {
             version: i64::from(manifest.version),
             digest: manifest.digest.clone(),
             summary,
             paths,
-        };
-        self.store.finish_freeze(&claim.lease, FreezeResult::Frozen(version)).await?;
-        Ok(())
+        })
     }
 
     /// Puts the manifest of the version before in its place in the work folder.
@@ -75,7 +74,7 @@ impl Freezer {
     /// Stores the files of a version as blobs, each with its row; their paths.
     async fn put_files(
         &self,
-        claim: &DatasetClaim,
+        lease: &Lease,
         frozen: &FrozenDataset,
         steps: &Steps,
     ) -> Result<Vec<String>, FreezeError> {
@@ -89,39 +88,39 @@ impl Freezer {
             let digest = self.store.blobs().put(bytes).await?;
             let media_type = media_type(path).to_owned();
             let file = DatasetFile { path: path.clone(), digest, size, media_type };
-            self.store.record_dataset_file(&claim.lease, file).await?;
+            self.store.record_dataset_file(lease, file).await?;
             steps.set(index + 1, paths.len());
         }
         Ok(paths)
     }
-}
 
-async fn frozen(
-    dataset: &DatasetRow,
-    request: DatasetRequest,
-    records: PathBuf,
-    out: PathBuf,
-    steps: Steps,
-) -> Result<FrozenDataset, FreezeError> {
-    let request = FreezeRequest {
-        name: dataset.name.clone(),
-        version: None,
-        sources: Vec::new(),
-        batch_output: Some(records),
-        filter: request.filter,
-        plan: request.splits,
-        leakage_rules: request.disjoint,
-        layout: Layout::Shards { max_bytes: request.shard_bytes, max_scenes: request.shard_scenes },
-        out,
-    };
-    apart(move || {
-        let frozen = freeze::freeze(&request, &mut |progress| {
-            let (Progress::Read { done, all } | Progress::Packed { done, all }) = progress;
-            steps.set(done, all);
+    async fn frozen(
+        &self,
+        dataset: &DatasetRow,
+        request: DatasetRequest,
+        records: PathBuf,
+        out: PathBuf,
+        steps: Steps,
+    ) -> Result<FrozenDataset, FreezeError> {
+        let request = FreezeRequest {
+            name: dataset.name.clone(),
+            version: None,
+            sources: Vec::new(),
+            batch_output: Some(records),
+            filter: request.filter,
+            plan: request.splits,
+            leakage_rules: request.disjoint,
+            layout: Layout::Shards { max_bytes: request.shard_bytes, max_scenes: request.shard_scenes },
+            out,
+        };
+        let freezing = self.cpu.run(move || {
+            freeze::freeze(&request, &mut |progress| {
+                let (Progress::Read { done, all } | Progress::Packed { done, all }) = progress;
+                steps.set(done, all);
+            })
         });
-        Ok(frozen?)
-    })
-    .await
+        Ok(freezing.await??)
+    }
 }
 
 /// The media type of a file of a version.

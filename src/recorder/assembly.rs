@@ -2,21 +2,17 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
 use bytes::Bytes;
-use serde_json::json;
-use tokio::sync::{OwnedSemaphorePermit, mpsc};
-use tokio_util::sync::CancellationToken;
+use serde_json::{Value, json};
+use tokio::sync::mpsc;
 
 use super::packing::{Packed, pack};
-use super::{Prepared, RecordError, Recorder, apart, guarded};
-use crate::worker::verdict::Verdict;
+use super::{Prepared, RecordError, Recorder};
 use episodes::card::{DatasetCard, DatasetSummary};
 use episodes::{DatasetAssembler, EpisodeUnit};
-use store::recordings::{
-    ArchivePart, AssemblyLease, KeptAttempt, RecordingArchive, RecordingClaim, RecordingFile, RecordingRow,
-};
+use store::Lease;
+use store::recordings::{ArchivePart, KeptAttempt, RecordingArchive, RecordingFile, RecordingRow};
 
 /// Rows of files that are written at once.
 const FILES_AT_ONCE: usize = 500;
@@ -29,77 +25,19 @@ enum Unit {
 }
 
 impl Recorder {
-    /// Assembles a dataset and stores it, or writes down why there is none.
-    pub(super) async fn assembly(
+    /// Assembles a dataset and stores it; its summary as JSON.
+    pub(super) async fn assemble(
         &self,
-        claim: &RecordingClaim,
-        lease: &AssemblyLease,
-        slot: Arc<OwnedSemaphorePermit>,
-        shutdown: &CancellationToken,
-    ) {
-        let folder = self.folder.join(lease.id.as_str());
-        let assembling = {
-            let (recorder, recording, lease) = (self.clone(), claim.recording.clone(), lease.clone());
-            let slot = slot.clone();
-            let folder = folder.clone();
-            guarded(async move { recorder.assemble(&recording, &lease, &folder, &slot).await })
-        };
-        let assembled = tokio::select! {
-            assembled = assembling => assembled,
-            () = self.hold_assembly(lease) => Err(RecordError::GivenUp),
-            () = shutdown.cancelled() => Err(RecordError::GivenUp),
-        };
-        self.conclude_assembly(claim, lease, assembled).await;
-        if folder.exists()
-            && let Err(error) = std::fs::remove_dir_all(&folder)
-        {
-            tracing::warn!(%error, folder = %folder.display(), "a work folder was not removed; remove it");
-        }
-    }
-
-    /// Writes down what came of assembling.
-    pub(super) async fn conclude_assembly(
-        &self,
-        claim: &RecordingClaim,
-        lease: &AssemblyLease,
-        assembled: Result<(), RecordError>,
-    ) {
-        let Err(error) = assembled else { return };
-        let ended = match error.verdict() {
-            Verdict::Refused { code, message } => {
-                tracing::info!(recording_id = %lease.id, code, message, "a recording has no dataset");
-                self.store.fail_assembly(lease, code, &message).await
-            }
-            Verdict::Again { code, charged } => {
-                let setback = self.setback(claim, &error, code, charged);
-                let after = match error {
-                    RecordError::Episodeless { number } => {
-                        self.store.forget_attempt(lease, number, setback).await
-                    }
-                    _ => self.store.set_assembly_back(lease, setback).await,
-                };
-                after.map(drop)
-            }
-            Verdict::GivenUp => self.store.release_assembly(lease).await,
-        };
-        if let Err(error) = ended {
-            tracing::debug!(error = error.chain(), "assembling was not given back; its lease will run out");
-        }
-    }
-
-    async fn assemble(
-        &self,
+        lease: &Lease,
         recording: &RecordingRow,
-        lease: &AssemblyLease,
         folder: &Path,
-        slot: &Arc<OwnedSemaphorePermit>,
-    ) -> Result<(), RecordError> {
-        let kept = needed(self.store.kept_attempts(&lease.id).await?, recording)?;
+    ) -> Result<Value, RecordError> {
+        let kept = needed(self.store.kept_attempts(&recording.id).await?, recording)?;
         let mut attempts = BTreeMap::new();
         for attempt in &kept {
             *attempts.entry(attempt.made.outcome.clone()).or_insert(0) += 1;
         }
-        let prepared = self.prepared(recording, slot).await?;
+        let prepared = self.prepared(recording).await?;
         self.store.begin_assembly(lease).await?;
         if folder.exists() {
             std::fs::remove_dir_all(folder).map_err(RecordError::file("remove", folder))?;
@@ -110,31 +48,29 @@ impl Recorder {
         let (units, received) = mpsc::channel(1);
         let (sent, summary) = tokio::join!(
             self.send(&kept, units),
-            apart(slot, {
+            self.cpu.run({
                 let (prepared, dataset) = (prepared.clone(), dataset.clone());
                 move || written(&prepared, &dataset, card, received)
             }),
         );
         // An episode that is lost ends both; the reason is that of the sender.
         sent?;
-        let summary = summary?;
+        let summary = summary??;
 
         let formats = prepared.preparation.setup.formats().iter().map(|format| format.folder().to_owned());
         let formats: Vec<String> = formats.collect();
         let (packed, received) = mpsc::channel(1);
         let (packing, stored) = tokio::join!(
-            apart(slot, move || pack(&dataset, &formats, &packed)),
+            self.cpu.run(move || pack(&dataset, &formats, &packed)),
             self.store_packed(lease, received),
         );
         stored?;
-        packing?;
-        let summary = json!({
+        packing??;
+        Ok(json!({
             "attempts": attempts,
             "episodes": summary.episodes,
             "frames": summary.frames,
-        });
-        self.store.finish_recording(lease, summary).await?;
-        Ok(())
+        }))
     }
 
     /// Sends episodes to the assembler.
@@ -156,7 +92,7 @@ impl Recorder {
     /// Stores what was packed: each part as a blob, and rows that say where the files are.
     async fn store_packed(
         &self,
-        lease: &AssemblyLease,
+        lease: &Lease,
         mut packed: mpsc::Receiver<Packed>,
     ) -> Result<(), RecordError> {
         let (mut files, mut place): (Vec<RecordingFile>, u64) = (Vec::new(), 0);
@@ -193,7 +129,7 @@ impl Recorder {
 
     async fn record_files(
         &self,
-        lease: &AssemblyLease,
+        lease: &Lease,
         place: &mut u64,
         files: &mut Vec<RecordingFile>,
     ) -> Result<(), RecordError> {
@@ -201,21 +137,6 @@ impl Recorder {
         let first = *place;
         *place += files.len() as u64;
         Ok(self.store.record_recording_files(lease, first, files).await?)
-    }
-
-    /// Renews the lease; returns when it is lost.
-    async fn hold_assembly(&self, lease: &AssemblyLease) {
-        loop {
-            tokio::time::sleep(self.lease() / 4).await;
-            match self.store.renew_assembly(lease, self.lease()).await {
-                Ok(true) => {}
-                Ok(false) => return,
-                // The next renewal may succeed before the lease has run out.
-                Err(error) => {
-                    tracing::debug!(error = error.chain(), "the lease of assembling was not renewed")
-                }
-            }
-        }
     }
 }
 
@@ -237,7 +158,7 @@ fn written(
                 assembler.add(&unit)?;
             }
             Some(Unit::End) => return Ok(assembler.finish()?),
-            None => return Err(RecordError::GivenUp),
+            None => return Err(RecordError::Stopped),
         }
     }
 }
@@ -274,6 +195,7 @@ fn too_few(kept: &[KeptAttempt], successes: u64, wanted: u64) -> RecordError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pipeline::error::{StageError, StageErrorClass};
     use store::recordings::{MadeAttempt, RecordingState};
 
     fn recording(wanted: u64) -> RecordingRow {
@@ -287,6 +209,8 @@ mod tests {
             wanted,
             max_attempts: 9,
             identity: None,
+            restarts: 0,
+            begun: 4,
             made: 4,
             successes: 2,
             summary: None,
@@ -305,16 +229,13 @@ mod tests {
             .map(|(number, outcome)| KeptAttempt {
                 number,
                 made: MadeAttempt { outcome: outcome.into(), detail: format!("of {number}"), unit: None },
-                tries: 1,
             })
             .collect();
         let count = |wanted| needed(kept.clone(), &recording(wanted)).map(|kept| kept.len()).ok();
         assert_eq!((count(1), count(2), count(3)), (Some(2), Some(5), None));
-        let Verdict::Refused { code, message } = needed(kept, &recording(3)).expect_err("too few").verdict()
-        else {
-            panic!("the same again would fail again")
-        };
-        assert_eq!(code, "too_few_successes");
+        let error = StageError::from(needed(kept, &recording(3)).expect_err("too few"));
+        let message = &error.message;
+        assert_eq!((error.class, error.code), (StageErrorClass::Permanent, "too_few_successes"));
         assert!(message.contains("only 2 of 3") && message.contains("slipped (such as: of 2)"), "{message}");
     }
 }

@@ -36,7 +36,7 @@ pub enum Packed {
 ///
 /// # Errors
 ///
-/// [`RecordError::GivenUp`] where the parts are not taken; [`RecordError::File`] of the disk.
+/// [`RecordError::Stopped`] where the parts are not taken; [`RecordError::File`] of the disk.
 pub fn pack(dataset: &Path, formats: &[String], packed: &mpsc::Sender<Packed>) -> Result<(), RecordError> {
     for format in formats {
         send(packed, Packed::Begin { format: format.clone() })?;
@@ -111,7 +111,7 @@ impl Archive<'_> {
 }
 
 fn send(packed: &mpsc::Sender<Packed>, next: Packed) -> Result<(), RecordError> {
-    packed.blocking_send(next).map_err(|_| RecordError::GivenUp)
+    packed.blocking_send(next).map_err(|_| RecordError::Stopped)
 }
 
 /// Every file below a folder: its path with `/`, and where it is.

@@ -1,4 +1,4 @@
-//! One attempt at one job: builds the scene and records the outcome.
+//! One attempt at one job: carries the work out and records the outcome.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -7,18 +7,18 @@ use tracing::{Instrument, Span};
 use uuid::Uuid;
 
 use super::heartbeat::{Heartbeat, StopReason};
-use super::{BuildScene, JobContext, Settings, backoff};
-use crate::pipeline::checkpoint::{CancelFlag, JobScope, StageRuntime};
+use super::work::{Work, WorkAttempt};
+use super::{Settings, backoff};
+use crate::pipeline::checkpoint::CancelFlag;
 use crate::pipeline::error::StageError;
 use crate::spans;
-use scene::job::{Failure, FailureClass, JobState, SceneRequest};
+use scene::job::{Failure, FailureClass, JobState};
 use store::queue::{AttemptOutcome, Claim};
 use store::{Lease, Store, StoreError};
 
 pub(super) struct JobAttempt {
     pub(super) store: Store,
-    pub(super) runtime: StageRuntime,
-    pub(super) build: BuildScene,
+    pub(super) work: Arc<dyn Work>,
     pub(super) settings: Arc<Settings>,
     pub(super) heartbeat: Heartbeat,
 }
@@ -26,52 +26,38 @@ pub(super) struct JobAttempt {
 impl JobAttempt {
     /// Works on the claimed job until the attempt ends.
     pub(super) async fn run(self, claim: Claim) {
-        let lease = claim.lease.clone();
-        let span = spans::job(&lease.job_id, &claim.scene_id, lease.epoch, claim.attempt);
+        let (lease, work) = (claim.lease.clone(), claim.work.clone());
+        let span = spans::job(&claim);
         async {
             let started = Instant::now();
-            if let Some(outcome) = self.outcome(claim).await {
-                self.finish(&lease, outcome, started).await;
+            if let Some(outcome) = self.outcome(claim).await
+                && self.finish(&lease, outcome, started).await.is_some_and(JobState::is_final)
+            {
+                self.work.ended(&work);
             }
         }
         .instrument(span)
         .await;
     }
 
-    /// Builds the scene; `None` when another worker holds the job by now.
+    /// Carries the work out; `None` when another worker holds the job by now.
     async fn outcome(&self, claim: Claim) -> Option<AttemptOutcome> {
-        let request: SceneRequest = match serde_json::from_value(claim.request.clone()) {
-            Ok(request) => request,
-            Err(error) => {
-                tracing::error!(%error, "the stored request cannot be read");
-                return Some(AttemptOutcome::Failed(Failure {
-                    class: FailureClass::Permanent,
-                    code: "request_unreadable".into(),
-                    message: "the stored request belongs to another version; submit it again".into(),
-                }));
+        let (cancel, drain) = (CancelFlag::default(), CancelFlag::default());
+        let (job_id, number) = (claim.lease.job_id.clone(), claim.attempt);
+        self.heartbeat.watch(claim.lease.clone(), cancel.clone(), drain.clone(), claim.time_left);
+        let attempt = WorkAttempt { claim, cancel, drain };
+        // A task of its own: a panic in the work is an outcome, not the end of the worker.
+        let worked = tokio::spawn(self.work.clone().run(attempt).in_current_span()).await;
+        let stopped = self.heartbeat.release(&job_id);
+        let error = match worked {
+            Ok(Ok(outcome)) => return Some(outcome),
+            Ok(Err(error)) => error,
+            Err(died) => {
+                let message = "a bug stopped the work on this job; the server's log has the details";
+                StageError { code: "internal_error", ..StageError::crashed(message).because(died) }
             }
         };
-        let (cancel, drain) = (CancelFlag::default(), CancelFlag::default());
-        let job_id = claim.lease.job_id.clone();
-        self.heartbeat.watch(claim.lease.clone(), cancel.clone(), drain.clone(), claim.time_left);
-        let checkpoints = self.runtime.open(JobScope {
-            lease: claim.lease,
-            tenant_id: claim.tenant_id,
-            salt: claim.salt,
-            cancel: cancel.clone(),
-            drain,
-        });
-        let context =
-            JobContext { job_id: job_id.clone(), scene_id: claim.scene_id, request, checkpoints, cancel };
-        // A task of its own: a panic in the pipeline is an outcome, not the end of the worker.
-        let built = tokio::spawn((self.build)(context).in_current_span()).await;
-        let stopped = self.heartbeat.release(&job_id);
-        let error = match built {
-            Ok(Ok(built)) => return Some(AttemptOutcome::Built(Box::new(built))),
-            Ok(Err(error)) => error,
-            Err(died) => StageError::crashed("the pipeline panicked").because(died),
-        };
-        if let Some(outcome) = backoff::outcome_of(&error, claim.attempt, jitter(), &self.settings) {
+        if let Some(outcome) = backoff::outcome_of(&error, number, jitter(), &self.settings) {
             tracing::warn!(code = error.code, error = error.chain(), "the job's attempt failed");
             return Some(outcome);
         }
@@ -98,27 +84,28 @@ impl JobAttempt {
         }
     }
 
-    /// Writes the outcome down. A store that does not answer is tried a few times; then the lease runs
+    /// Writes the outcome down; the job's state then, `None` if it is not this worker's to say. A store that does not answer is tried a few times; then the lease runs
     /// out and another worker continues from the last checkpoint.
-    async fn finish(&self, lease: &Lease, outcome: AttemptOutcome, started: Instant) {
+    async fn finish(&self, lease: &Lease, outcome: AttemptOutcome, started: Instant) -> Option<JobState> {
         for pause_ms in [100, 1000, 5000] {
             match self.store.finish(lease, outcome.clone()).await {
                 Ok(state) => {
                     count(state, &outcome, started.elapsed());
                     Span::current().record("state", state.as_str());
                     tracing::info!(%state, "the job's attempt is over");
-                    return;
+                    return Some(state);
                 }
                 Err(StoreError::LeaseLost { .. }) => {
                     metrics::counter!("tabletopgen_lease_losses_total").increment(1);
                     tracing::warn!("the lease was lost; the result is dropped");
-                    return;
+                    return None;
                 }
                 Err(error) => tracing::debug!(error = error.chain(), "cannot finish the job; trying again"),
             }
             tokio::time::sleep(Duration::from_millis(pause_ms)).await;
         }
         tracing::warn!("the outcome of the job's attempt could not be recorded; its lease will expire");
+        None
     }
 }
 

@@ -2,6 +2,7 @@
 //! jitter, so that jobs that failed together do not come back together). What the store could not write
 //! is not the job's fault: it burns no attempt, and waits long.
 
+use std::io::{self, ErrorKind};
 use std::time::Duration;
 
 use super::Settings;
@@ -32,9 +33,8 @@ pub fn outcome_of(
         return Some(AttemptOutcome::Failed(failure));
     }
     let jittered = full_delay(attempt, settings).mul_f64(fraction);
-    let by_store = error.cause.as_ref().and_then(|cause| cause.downcast_ref::<StoreError>());
     let (delay, charged) = match error.class {
-        _ if by_store.is_some_and(|error| error.outage().is_some()) => {
+        _ if is_out_of_storage(error) => {
             (Duration::from_millis(settings.backoff_cap_ms).mul_f64(0.5 + 0.5 * fraction), false)
         }
         // Its provider said when; waiting is not failing.
@@ -43,6 +43,15 @@ pub fn outcome_of(
         _ => (jittered, true),
     };
     Some(AttemptOutcome::Retry { failure, delay, charged, max_attempts: settings.max_attempts })
+}
+
+/// Whether the failure is that storage takes no writes, or that a disk is full.
+fn is_out_of_storage(error: &StageError) -> bool {
+    let Some(cause) = &error.cause else { return false };
+    let is_full =
+        |error: &io::Error| matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded);
+    cause.downcast_ref::<StoreError>().is_some_and(|error| error.outage().is_some())
+        || cause.downcast_ref().is_some_and(is_full)
 }
 
 /// `min(cap, base * 2^(attempt - 1))`.
@@ -108,6 +117,14 @@ mod tests {
             outcome(StageError::from(full)),
             Some(AttemptOutcome::Retry { charged: false, delay, .. }) if delay >= Duration::from_millis(2500)
         ));
+        let disk = |kind| StageError::transient("work_folder_unusable", "m").because(io::Error::from(kind));
+        for (kind, is_charged) in [(ErrorKind::StorageFull, false), (ErrorKind::PermissionDenied, true)] {
+            let found = outcome(disk(kind));
+            assert!(
+                matches!(found, Some(AttemptOutcome::Retry { charged, .. }) if charged == is_charged),
+                "{kind}: {found:?}"
+            );
+        }
         for error in [
             StageError::permanent("p", "m"),
             StageError::refused("r", "m"),

@@ -1,12 +1,16 @@
-//! What the worker is given to build scenes with: the pipeline, as a function.
+//! Building scenes: the pipeline as the work of the jobs `generate` and `retry`.
 
 use std::sync::Arc;
 
 use futures::future::BoxFuture;
 
-use crate::pipeline::checkpoint::{CancelFlag, Checkpoints};
+use super::Settings;
+use super::work::{Work, WorkAttempt};
+use crate::pipeline::checkpoint::{CancelFlag, Checkpoints, JobScope, StageRuntime};
 use crate::pipeline::error::StageError;
+use scene::job::JobKind;
 use scene::{JobId, SceneId, SceneRequest};
+use store::queue::{AttemptOutcome, ClaimedWork};
 
 /// The finished scene's blobs (stored already) and its summary.
 pub use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
@@ -25,4 +29,43 @@ pub struct JobContext {
     pub checkpoints: Checkpoints,
     /// Raised when the job is to stop.
     pub cancel: CancelFlag,
+}
+
+/// Builds scenes.
+pub struct SceneBuilder {
+    pub runtime: StageRuntime,
+    pub build: BuildScene,
+}
+
+impl Work for SceneBuilder {
+    fn kinds(&self) -> &'static [JobKind] {
+        &[JobKind::Generate, JobKind::Retry]
+    }
+
+    fn slots(&self, settings: &Settings) -> usize {
+        settings.concurrency
+    }
+
+    fn run(self: Arc<Self>, attempt: WorkAttempt) -> BoxFuture<'static, Result<AttemptOutcome, StageError>> {
+        Box::pin(async move {
+            let WorkAttempt { claim, cancel, drain } = attempt;
+            let ClaimedWork::BuildScene(scene) = claim.work else {
+                return Err(StageError::crashed("a job of another kind came to the builder of scenes"));
+            };
+            let request: SceneRequest = serde_json::from_value(scene.request).map_err(|error| {
+                let message = "the stored request belongs to another version; submit it again";
+                StageError::permanent("request_unreadable", message).because(error)
+            })?;
+            let job_id = claim.lease.job_id.clone();
+            let checkpoints = self.runtime.open(JobScope {
+                lease: claim.lease,
+                tenant_id: claim.tenant_id,
+                salt: scene.salt,
+                cancel: cancel.clone(),
+                drain,
+            });
+            let context = JobContext { job_id, scene_id: scene.scene_id, request, checkpoints, cancel };
+            Ok(AttemptOutcome::Built(Box::new((self.build)(context).await?)))
+        })
+    }
 }

@@ -1,4 +1,4 @@
-//! Jobs and their state machine. A job is an operation on a scene.
+//! Jobs and their state machine. A job is an operation that a worker carries out in the background.
 //!
 //! [`JobState::after`] is the complete transition table. The store reads the state, applies the table and writes the
 //! result in one transaction, so every row follows the table.
@@ -10,22 +10,41 @@ use serde::{Deserialize, Serialize};
 pub use crate::SceneRequest;
 
 /// Operation of a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum JobKind {
     /// The first job of a scene.
     Generate,
     /// A further job of a scene, after another one ended.
     Retry,
+    /// Makes a version of a dataset.
+    FreezeDataset,
+    /// Compares every byte of a version with its manifest.
+    VerifyDataset,
+    /// Makes one attempt of a recording.
+    RecordAttempt,
+    /// Writes the dataset of a recording.
+    AssembleRecording,
 }
 
 impl JobKind {
-    pub const ALL: [Self; 2] = [Self::Generate, Self::Retry];
+    pub const ALL: [Self; 6] = [
+        Self::Generate,
+        Self::Retry,
+        Self::FreezeDataset,
+        Self::VerifyDataset,
+        Self::RecordAttempt,
+        Self::AssembleRecording,
+    ];
 
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Generate => "generate",
             Self::Retry => "retry",
+            Self::FreezeDataset => "freeze_dataset",
+            Self::VerifyDataset => "verify_dataset",
+            Self::RecordAttempt => "record_attempt",
+            Self::AssembleRecording => "assemble_recording",
         }
     }
 
@@ -233,7 +252,7 @@ impl Failure {
         Self {
             class: FailureClass::Permanent,
             code: "deadline_passed".into(),
-            message: "the job did not end by its deadline; submit the scene again with a later one".into(),
+            message: "the job did not end by its deadline; submit it again with a later one".into(),
         }
     }
 }

@@ -8,7 +8,7 @@ use serde_json::json;
 use sqlx::{AnyConnection, Row};
 
 use super::artifacts::FileRow;
-use super::queue::guard;
+use super::queue::{guard, note_progress};
 use super::stage_claims::StageStart;
 use super::{Digest, Lease, Store, StoreError, database, events, stage_claims};
 use crate::boxed;
@@ -186,11 +186,7 @@ async fn commit(
         .bind(now)
         .execute(&mut *connection)
         .await?;
-        // The current attempt is the first one since this checkpoint.
-        sqlx::query("UPDATE jobs SET attempt = 1, shared_deaths = 0, lone_deaths = 0 WHERE id = $1")
-            .bind(lease.job_id.as_str())
-            .execute(&mut *connection)
-            .await?;
+        note_progress(connection, &lease.job_id).await?;
     } else {
         // A sweep may have removed it since it was read. The update locks the row until the stage's row is there, and
         // keeps off sweeps that found no stage of it.

@@ -1,10 +1,9 @@
 //! Datasets: sets of finished scenes that are frozen in the background.
 //!
-//! A row is one freeze with its request, which the store does not interpret. A process claims it ([`claim`]), works as
-//! long as it renews its lease, and records files and result under that lease; after its death another process begins
-//! again. A version is verified in the same way. Freezes of one name follow each other.
+//! A row is one freeze with its request, which the store does not interpret. Freezing and verifying are jobs (see
+//! [`crate::queue`]): their worker records files and the result under the job's lease, and the state of the dataset
+//! follows that of its job. Freezes of one name follow each other.
 
-mod claim;
 mod files;
 mod requests;
 mod result;
@@ -16,12 +15,13 @@ use sqlx::any::AnyRow;
 use super::list_query::ListQuery;
 use super::{Store, StoreError, database};
 use crate::boxed;
-use scene::{DatasetId, TenantId};
+use scene::{DatasetId, JobId, TenantId};
 
-pub use claim::{DatasetClaim, DatasetLease, DatasetTask};
 pub use files::DatasetFile;
+pub(super) use requests::retry;
 pub use requests::{NewDataset, SubmitDatasetOutcome, VerifyOutcome};
-pub use result::{FreezeResult, FrozenVersion};
+pub use result::FrozenVersion;
+pub(super) use result::{begun, fail, follow, record_verification, record_version};
 
 /// State of a freeze.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +62,8 @@ pub struct DatasetRow {
     /// Once frozen.
     pub version: Option<i64>,
     pub state: DatasetState,
+    /// Its newest job: the freeze, or the last verification. `None` for versions that were frozen by earlier releases.
+    pub job_id: Option<JobId>,
     /// What was asked for, as JSON.
     pub request: Value,
     /// Digest of the manifest, as the manifest states it.
@@ -156,6 +158,7 @@ fn dataset_of(row: &AnyRow) -> Result<DatasetRow, StoreError> {
         name: row.try_get("name")?,
         version: row.try_get("version")?,
         state: DatasetState::parse(&state).ok_or_else(|| corrupt(format!("state {state}")))?,
+        job_id: database::optional_id(row, "datasets", "job_id")?,
         request: json("request")?.unwrap_or_default(),
         digest: row.try_get("digest")?,
         summary: json("summary")?,

@@ -1,10 +1,9 @@
-//! Deaths of processes: which work is blamed, which runs alone, and how long it waits. The rules hold for jobs,
-//! datasets and recordings alike.
+//! Deaths of processes: which job is blamed, which runs alone, and how long it waits.
 //!
 //! A process dies because of some of its work, or because of something else: a signal, a power cut, the kernel. The
 //! store cannot tell, so work is blamed only for what no other work can have caused:
 //!
-//! - If the process held several pieces of work, none is blamed: each counts a shared death.
+//! - If the process held several jobs, none is blamed: each counts a shared death.
 //! - If it held one, that one counts a lone death.
 //! - Both counts start again at the next progress (a new checkpoint, a new file of a version, a finished attempt), and
 //!   neither counts as a failed attempt.
@@ -20,43 +19,18 @@
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::StoreError;
+use scene::JobId;
 
 const FIRST_DELAY_MS: i64 = 1_000;
 const MAX_DELAY_MS: i64 = 60_000;
 /// Time that a reservation lasts unless the process asks again, milliseconds.
 const RESERVATION_MS: i64 = 10_000;
 
-/// Condition on a row of work that has to run alone.
+/// Condition on a job that has to run alone.
 pub(crate) const IS_SUSPECT: &str = "shared_deaths + lone_deaths >= 2";
 
-/// The deaths of all work that the process `$1` holds, with a row for each.
-const HELD: &str = "SELECT shared_deaths, lone_deaths FROM jobs
-         WHERE owner = $1 AND state IN ('running', 'cancelling')
-     UNION ALL SELECT shared_deaths, lone_deaths FROM datasets
-         WHERE owner = $1 AND (state = 'running' OR verify_state = 'running')
-     UNION ALL SELECT shared_deaths, lone_deaths FROM recordings WHERE owner = $1
-     UNION ALL SELECT recordings.shared_deaths, recordings.lone_deaths
-         FROM recording_attempts JOIN recordings ON recordings.id = recording_attempts.recording_id
-         WHERE recording_attempts.owner = $1 AND recording_attempts.outcome IS NULL";
-
-/// Work that waits, reserved by the process `$1` at the time `$2`.
-const RESERVED: &str = "SELECT id FROM jobs
-         WHERE state = 'queued' AND shared_deaths + lone_deaths >= 2 AND reserved_by = $1 AND reserved_until > $2
-     UNION ALL SELECT id FROM datasets
-         WHERE (state IN ('queued', 'running') OR verify_state IN ('queued', 'running'))
-           AND owner IS NULL AND reserved_by = $1 AND reserved_until > $2
-     UNION ALL SELECT id FROM recordings
-         WHERE state IN ('queued', 'running') AND owner IS NULL AND reserved_by = $1 AND reserved_until > $2";
-
-/// The statements that mark the work of the process `$1`, but that with the id `$2`: it was not alone when the process
-/// died.
-const MARKS: [&str; 4] = [
-    "UPDATE jobs SET was_beside = 1 WHERE owner = $1 AND id <> $2 AND state IN ('running', 'cancelling')",
-    "UPDATE datasets SET was_beside = 1
-     WHERE owner = $1 AND id <> $2 AND (state = 'running' OR verify_state = 'running')",
-    "UPDATE recordings SET was_beside = 1 WHERE owner = $1 AND id <> $2",
-    "UPDATE recording_attempts SET was_beside = 1 WHERE owner = $1 AND recording_id <> $2 AND outcome IS NULL",
-];
+/// Jobs that the process `$1` holds.
+const HELD: &str = "owner = $1 AND state IN ('running', 'cancelling')";
 
 /// What a process may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,10 +50,13 @@ pub(crate) async fn hands(
     now_ms: i64,
 ) -> Result<Hands, StoreError> {
     let held = format!(
-        "SELECT COUNT(*) AS held, COUNT(CASE WHEN {IS_SUSPECT} THEN 1 END) AS alone FROM ({HELD}) AS held"
+        "SELECT COUNT(*) AS held, COUNT(CASE WHEN {IS_SUSPECT} THEN 1 END) AS alone FROM jobs WHERE {HELD}"
     );
     let row = sqlx::query(AssertSqlSafe(held)).bind(owner).fetch_one(&mut *connection).await?;
-    let reserved: Option<String> = sqlx::query_scalar(AssertSqlSafe(format!("{RESERVED} LIMIT 1")))
+    let reserved = format!(
+        "SELECT id FROM jobs WHERE state = 'queued' AND {IS_SUSPECT} AND reserved_by = $1 AND reserved_until > $2 LIMIT 1"
+    );
+    let reserved: Option<String> = sqlx::query_scalar(AssertSqlSafe(reserved))
         .bind(owner)
         .bind(now_ms)
         .fetch_optional(connection)
@@ -91,25 +68,23 @@ pub(crate) async fn hands(
     })
 }
 
-/// Reserves waiting work of `table` for a busy process, unless another one has reserved it. Whether it has it now.
+/// Reserves a waiting job for a busy process, unless another one has reserved it. Whether it has it now.
 pub(crate) async fn reserve(
     connection: &mut AnyConnection,
-    table: &'static str,
-    id: &str,
+    id: &JobId,
     owner: &str,
     now_ms: i64,
 ) -> Result<bool, StoreError> {
-    let reserve = format!(
-        "UPDATE {table} SET reserved_by = $1, reserved_until = $2
-         WHERE id = $3 AND (reserved_by IS NULL OR reserved_by = $1 OR reserved_until <= $4)"
-    );
-    let reserved = sqlx::query(AssertSqlSafe(reserve))
-        .bind(owner)
-        .bind(now_ms + RESERVATION_MS)
-        .bind(id)
-        .bind(now_ms)
-        .execute(connection)
-        .await?;
+    let reserved = sqlx::query(
+        "UPDATE jobs SET reserved_by = $1, reserved_until = $2
+         WHERE id = $3 AND (reserved_by IS NULL OR reserved_by = $1 OR reserved_until <= $4)",
+    )
+    .bind(owner)
+    .bind(now_ms + RESERVATION_MS)
+    .bind(id.as_str())
+    .bind(now_ms)
+    .execute(connection)
+    .await?;
     Ok(reserved.rows_affected() > 0)
 }
 
@@ -123,23 +98,18 @@ pub(crate) struct Deaths {
 }
 
 impl Deaths {
-    /// Counts the death of the process `owner`, which held the work with this `id`. Other work of it, whose leases may
-    /// run out later, is marked.
+    /// Counts the death of the process `owner`, which held this job. Its other jobs, whose leases may run out later, are
+    /// marked.
     pub(crate) async fn count(
         connection: &mut AnyConnection,
         before: Self,
         owner: &str,
-        id: &str,
+        id: &JobId,
     ) -> Result<Self, StoreError> {
-        let mut others = 0;
-        // Work that was given back has no owner.
-        if !owner.is_empty() {
-            for mark in MARKS {
-                others +=
-                    sqlx::query(mark).bind(owner).bind(id).execute(&mut *connection).await?.rows_affected();
-            }
-        }
-        let alone = others == 0 && before.alone;
+        let mark = format!("UPDATE jobs SET was_beside = 1 WHERE {HELD} AND id <> $2");
+        let marked =
+            sqlx::query(AssertSqlSafe(mark)).bind(owner).bind(id.as_str()).execute(connection).await?;
+        let alone = marked.rows_affected() == 0 && before.alone;
         Ok(Self { shared: before.shared + i64::from(!alone), lone: before.lone + i64::from(alone), alone })
     }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use sqlx::postgres::PgDatabaseError;
 
 use super::outage::Outage;
-use scene::{DatasetId, JobId, RecordingId};
+use scene::JobId;
 
 /// Errors of the store. Messages name the operation, its target, and a remedy if there is one.
 #[derive(Debug, thiserror::Error)]
@@ -33,10 +33,6 @@ pub enum StoreError {
     WriterStopped,
     #[error("job {job_id} is no longer leased to this worker; its result is dropped")]
     LeaseLost { job_id: JobId },
-    #[error("dataset {id} is no longer leased to this process; its result is dropped")]
-    DatasetLeaseLost { id: DatasetId },
-    #[error("this part of recording {id} is no longer leased to this process; its result is dropped")]
-    RecordingLeaseLost { id: RecordingId },
     #[error("row of {table} cannot be read: {reason}")]
     Corrupt { table: &'static str, reason: String },
     #[error("blob {name} could not be {doing}")]
@@ -73,8 +69,6 @@ impl StoreError {
             | Self::NoDatabase { .. }
             | Self::Migrate(_)
             | Self::LeaseLost { .. }
-            | Self::DatasetLeaseLost { .. }
-            | Self::RecordingLeaseLost { .. }
             | Self::Corrupt { .. }
             | Self::BlobDamaged { .. }
             | Self::CheckpointGone

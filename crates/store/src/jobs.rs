@@ -5,11 +5,11 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::database::Dialect;
 use super::list_query::ListQuery;
-use super::queue::QueueColumns;
-use super::{Store, StoreError, batches, database, scenes};
+use super::queue::{JobSubject, NewJob, QueueColumns};
+use super::{Store, StoreError, batches, database, datasets};
 use crate::boxed;
 use scene::job::{JobKind, JobState, SceneState};
-use scene::{BatchId, JobId, SceneId, TenantId};
+use scene::{BatchId, DatasetId, JobId, RecordingId, SceneId, TenantId};
 
 /// A job's row.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,6 +17,10 @@ pub struct JobRow {
     pub id: JobId,
     pub kind: JobKind,
     pub scene_id: Option<SceneId>,
+    pub dataset_id: Option<DatasetId>,
+    pub recording_id: Option<RecordingId>,
+    /// Of an attempt of a recording.
+    pub attempt_number: Option<u64>,
     pub retry_of: Option<JobId>,
     pub from_stage: Option<String>,
     pub state: JobState,
@@ -40,6 +44,8 @@ pub struct JobFilter {
     pub state: Option<JobState>,
     pub kind: Option<JobKind>,
     pub scene: Option<SceneId>,
+    pub dataset: Option<DatasetId>,
+    pub recording: Option<RecordingId>,
     pub batch: Option<BatchId>,
     pub created_after_ms: Option<i64>,
     /// Only jobs older than this id, the last id of the previous page.
@@ -70,11 +76,12 @@ pub struct StageRow {
 pub enum RetryOutcome {
     Created {
         job_id: JobId,
-        scene_id: SceneId,
     },
     NotFound,
-    /// The scene has an active job.
+    /// The scene or the dataset has an active job.
     StillActive,
+    /// The dataset has a version or a newer job, or the recording has ended.
+    NothingToRepeat,
     /// The scene is ready (its bundle is immutable) or deleted.
     SceneIs(SceneState),
     /// The job did not reach that stage.
@@ -100,6 +107,8 @@ impl Store {
             .word("state", filter.state.map(JobState::as_str))
             .word("kind", filter.kind.map(JobKind::as_str))
             .text("scene_id =", filter.scene)
+            .text("dataset_id =", filter.dataset)
+            .text("recording_id =", filter.recording)
             .text("batch_id =", filter.batch)
             .text("id <", filter.before_id)
             .number("created_at >", filter.created_after_ms);
@@ -162,7 +171,7 @@ impl Store {
         Ok(JobState::ALL.into_iter().map(|state| (state, count_of(state))).collect())
     }
 
-    /// Creates a new job for the scene of an ended job. Finished stages are reused, except from `from_stage` on.
+    /// Creates a new job for the scene or the dataset of an ended job. Finished stages are reused, except from `from_stage` on.
     #[boxed]
     pub async fn retry(
         &self,
@@ -196,7 +205,13 @@ pub(super) async fn retry(
         .await?;
     let Some(row) = row else { return Ok(RetryOutcome::NotFound) };
     let Some(scene_id) = database::optional_id::<SceneId>(&row, "jobs", "scene_id")? else {
-        return Ok(RetryOutcome::NotFound);
+        let ended = job_of(&row)?;
+        return match ended.recording_id {
+            // A recording repeats its own jobs until it ends.
+            Some(_) => Ok(RetryOutcome::NothingToRepeat),
+            None if from_stage.is_some() => Ok(RetryOutcome::NoSuchStage),
+            None => datasets::retry(connection, &ended, &tenant_id, now).await,
+        };
     };
     // The lock keeps another retry of the same scene waiting.
     let lock = Dialect::of(connection).lock();
@@ -237,13 +252,17 @@ pub(super) async fn retry(
     let (old_stage, old_salt): (Option<String>, Option<String>) =
         (row.try_get("from_stage")?, row.try_get("salt")?);
     let salt = match (&from_stage, &old_stage, &old_salt) {
-        (Some(stage), _, _) => Some((stage.as_str(), "")),
-        (None, Some(stage), Some(salt)) => Some((stage.as_str(), salt.as_str())),
+        (Some(stage), _, _) => Some((stage.as_str(), None)),
+        (None, Some(stage), Some(salt)) => Some((stage.as_str(), Some(salt.as_str()))),
         _ => None,
     };
     let columns = QueueColumns::of_retry(connection, &job_id, now).await?;
-    let job =
-        scenes::insert_job(connection, &tenant_id, &scene_id, Some(&job_id), salt, columns, now).await?;
+    let new = NewJob {
+        retry_of: Some(&job_id),
+        salted_from: salt,
+        ..NewJob::new(&tenant_id, JobKind::Retry, JobSubject::Scene(&scene_id), columns)
+    };
+    let job = new.insert(connection, now).await?;
     sqlx::query(
         "UPDATE scenes SET state = 'pending', stripped_at = NULL, failure_code = NULL, failure_message = NULL,
                            verdict = NULL, updated_at = $1
@@ -254,12 +273,13 @@ pub(super) async fn retry(
     .execute(&mut *connection)
     .await?;
     batches::scene_retried(connection, &scene_id, &job.id, now).await?;
-    Ok(RetryOutcome::Created { job_id: job.id, scene_id })
+    Ok(RetryOutcome::Created { job_id: job.id })
 }
 
 /// Columns of [`job_in`] for a query that joins jobs as `j`.
 pub(super) const JOINED_COLUMNS: &str = "j.id AS job_id, j.kind AS job_kind, j.scene_id AS job_scene_id, \
-     j.retry_of AS job_retry_of, j.from_stage AS job_from_stage, j.state AS job_state, j.rank_at AS job_rank_at, \
+     j.dataset_id AS job_dataset_id, \
+     j.recording_id AS job_recording_id, j.attempt_number AS job_attempt_number, j.retry_of AS job_retry_of, j.from_stage AS job_from_stage, j.state AS job_state, j.rank_at AS job_rank_at, \
      j.attempt AS job_attempt, j.epoch AS job_epoch, j.failure_class AS job_failure_class, \
      j.failure_code AS job_failure_code, j.failure_message AS job_failure_message, j.created_at AS job_created_at, \
      j.started_at AS job_started_at, j.finished_at AS job_finished_at";
@@ -280,6 +300,9 @@ pub(super) fn job_in(row: &AnyRow, prefix: &str) -> Result<JobRow, StoreError> {
         id: database::id(row, "jobs", &column("id"))?,
         kind: JobKind::parse(&kind).ok_or_else(|| corrupt(format!("kind {kind}")))?,
         scene_id: database::optional_id(row, "jobs", &column("scene_id"))?,
+        dataset_id: database::optional_id(row, "jobs", &column("dataset_id"))?,
+        recording_id: database::optional_id(row, "jobs", &column("recording_id"))?,
+        attempt_number: time("attempt_number")?.and_then(|number| u64::try_from(number).ok()),
         retry_of: database::optional_id(row, "jobs", &column("retry_of"))?,
         from_stage: text("from_stage")?,
         state: JobState::parse(&state).ok_or_else(|| corrupt(format!("state {state}")))?,

@@ -35,7 +35,6 @@ pub mod datasets;
 pub mod recordings;
 pub mod queue;
 mod deaths;
-mod setback;
 pub mod stage_claims;
 pub mod jobs;
 pub mod outlook;
@@ -67,7 +66,6 @@ pub use error::StoreError;
 pub use outage::Outage;
 pub use queue::Lease;
 use scene::TenantId;
-pub use setback::{AfterSetback, Setback};
 pub use settings::{BlobPlace, DatabaseAddress, PostgresSettings, Settings};
 
 use changes::{Change, Changes};

@@ -7,6 +7,8 @@
 //! Whose turn it is stands in `turns`, what becomes of a dead worker's jobs in `rescue`.
 
 mod schedule;
+mod new_job;
+mod claimed;
 mod room;
 mod turns;
 mod rescue;
@@ -21,18 +23,23 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::artifacts::BuiltScene;
 use super::database::Dialect;
-use super::{Store, StoreError, calls, database, events, stage_claims};
+use super::datasets::FrozenVersion;
+use super::recordings::MadeAttempt;
+use super::{Store, StoreError, calls, database, datasets, events, recordings, stage_claims};
 use crate::boxed;
 use scene::job::{Failure, JobEvent, JobState};
-use scene::{JobId, SceneId, TenantId};
+use scene::{DatasetId, JobId, TenantId};
 
+pub use claimed::{Claim, ClaimedWork, SceneWork};
+pub(crate) use new_job::{JobSubject, NewJob};
+pub(crate) use outcome::note_progress;
 pub use room::QueueFull;
 pub(crate) use room::Room;
 pub(crate) use schedule::QueueColumns;
 pub use schedule::{Schedule, Settings};
 pub use switch::{BackgroundWork, Pause, QueueStatus};
 use switch::{set_paused, status};
-pub(crate) use turns::is_paused;
+pub use turns::Scope;
 
 /// The right to write rows of a job: valid while `owner` and `epoch` equal those of its row.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,27 +49,26 @@ pub struct Lease {
     pub epoch: i64,
 }
 
-/// A claimed job.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Claim {
-    pub lease: Lease,
-    pub tenant_id: TenantId,
-    pub scene_id: SceneId,
-    /// The scene's request, as JSON.
-    pub request: Value,
-    /// Claims since the last new checkpoint, this one included.
-    pub attempt: i64,
-    /// Stage and salt: checkpoint keys are salted from this stage on.
-    pub salt: Option<(String, String)>,
-    /// Time until the job's deadline.
-    pub time_left: Option<Duration>,
-}
-
 /// Result of a job attempt.
 #[derive(Clone, Debug)]
 pub enum AttemptOutcome {
     /// The scene is built and certified (pass or quarantine).
     Built(Box<BuiltScene>),
+    /// The version of a dataset is frozen.
+    Frozen(FrozenVersion),
+    /// What the verification of a version found, as JSON.
+    Verified(Value),
+    /// An attempt of a recording is made, with success or without.
+    Attempted(MadeAttempt),
+    /// The dataset of a recording is recorded; with a summary as JSON.
+    Assembled(Value),
+    /// The dataset cannot be assembled, as the episode of an attempt is lost: the attempt is made again, unless that
+    /// was its `max_losses`-th loss.
+    EpisodeLost {
+        number: u64,
+        failure: Failure,
+        max_losses: u32,
+    },
     Failed(Failure),
     /// Back to the queue for at least `delay`. An uncharged attempt does not count. The `max_attempts`-th charged
     /// attempt since the last new checkpoint is a failure instead.
@@ -90,21 +96,21 @@ pub enum CancelOutcome {
 
 impl Store {
     /// Claims the job whose turn it is, after jobs with expired leases have returned to the queue. A job that was
-    /// alone in its process when it died, `max_deaths` times without a new checkpoint, fails instead. `only`
-    /// restricts both to one job.
+    /// alone in its process when it died, `max_deaths` times without progress, fails instead. A scope of one
+    /// job restricts both to that.
     #[boxed]
     pub async fn claim(
         &self,
         owner: &str,
         lease: Duration,
         max_deaths: u32,
-        only: Option<&JobId>,
+        scope: &Scope,
     ) -> Result<Option<Claim>, StoreError> {
-        let (owner, only) = (owner.to_owned(), only.cloned());
+        let (owner, scope) = (owner.to_owned(), scope.clone());
         let claim = self
             .writer
             .write("claim a job", move |connection| {
-                Box::pin(claim(connection, owner, lease, i64::from(max_deaths), only))
+                Box::pin(claimed::claim(connection, owner, lease, i64::from(max_deaths), scope))
             })
             .await?;
         if claim.is_some() {
@@ -115,14 +121,14 @@ impl Store {
 
     /// Whether a claim may succeed: a cheap question for workers that are woken by changes of other jobs.
     #[boxed]
-    pub async fn has_work(&self) -> Result<bool, StoreError> {
+    pub async fn has_work(&self, scope: &Scope) -> Result<bool, StoreError> {
         let now = self.readers.now_ms().await?;
-        let found: Option<i64> = sqlx::query_scalar(
-            "SELECT CAST(1 AS BIGINT) FROM jobs WHERE state = 'queued' AND not_before <= $1 LIMIT 1",
-        )
-        .bind(now)
-        .fetch_optional(&self.readers)
-        .await?;
+        let query = format!(
+            "SELECT CAST(1 AS BIGINT) FROM jobs WHERE state = 'queued' AND not_before <= $1 AND {} LIMIT 1",
+            scope.kinds()
+        );
+        let found: Option<i64> =
+            sqlx::query_scalar(AssertSqlSafe(query)).bind(now).fetch_optional(&self.readers).await?;
         Ok(found.is_some())
     }
 
@@ -238,51 +244,6 @@ impl Store {
     }
 }
 
-async fn claim(
-    connection: &mut AnyConnection,
-    owner: String,
-    lease: Duration,
-    max_deaths: i64,
-    only: Option<JobId>,
-) -> Result<Option<Claim>, StoreError> {
-    let now = database::now_ms(connection).await?;
-    rescue::rescue(connection, max_deaths, only.as_ref(), now).await?;
-    let Some(job_id) = turns::next_job(connection, &owner, only.as_ref(), now).await? else {
-        return Ok(None);
-    };
-    move_job(connection, &job_id, JobEvent::Claimed, now).await?;
-    let row = sqlx::query(
-        "UPDATE jobs SET owner = $1, epoch = epoch + 1, attempt = attempt + 1, lease_until = $2,
-                         started_at = COALESCE(started_at, $3), claimed_at = $3, was_beside = 0, reserved_by = NULL
-         WHERE id = $4
-         RETURNING tenant_id, scene_id, epoch, attempt, from_stage, salt, deadline_at,
-                   (SELECT request FROM scenes WHERE scenes.id = jobs.scene_id) AS request",
-    )
-    .bind(&owner)
-    .bind(now + milliseconds(lease))
-    .bind(now)
-    .bind(job_id.as_str())
-    .fetch_one(&mut *connection)
-    .await?;
-    let attempt: i64 = row.try_get("attempt")?;
-    let epoch: i64 = row.try_get("epoch")?;
-    let started = json!({ "attempt": attempt, "epoch": epoch });
-    events::append(connection, &job_id, now, "job_started", &started).await?;
-    let request: String = row.try_get("request")?;
-    let deadline_at: Option<i64> = row.try_get("deadline_at")?;
-    let time_left = |deadline_at: i64| Duration::from_millis(u64::try_from(deadline_at - now).unwrap_or(0));
-    Ok(Some(Claim {
-        lease: Lease { job_id, owner, epoch },
-        tenant_id: database::id(&row, "jobs", "tenant_id")?,
-        scene_id: database::id(&row, "jobs", "scene_id")?,
-        request: serde_json::from_str(&request)
-            .map_err(|error| StoreError::Corrupt { table: "scenes", reason: error.to_string() })?,
-        attempt,
-        salt: Option::zip(row.try_get("from_stage")?, row.try_get("salt")?),
-        time_left: deadline_at.map(time_left),
-    }))
-}
-
 async fn renew(
     connection: &mut AnyConnection,
     leases: Vec<Lease>,
@@ -329,7 +290,7 @@ pub(super) async fn cancel(
 }
 
 /// Applies an event to a job inside the caller's transaction, with its side effects: leaving `running` releases the
-/// lease, a final state sets the end time, a cancellation updates the scene.
+/// lease, a final state sets the end time, a dataset follows its job, a cancellation ends what the job works on.
 pub(super) async fn move_job(
     connection: &mut AnyConnection,
     job_id: &JobId,
@@ -337,11 +298,10 @@ pub(super) async fn move_job(
     now_ms: i64,
 ) -> Result<JobState, StoreError> {
     let lock = Dialect::of(connection).lock();
-    let text: String =
-        sqlx::query_scalar(AssertSqlSafe(format!("SELECT state FROM jobs WHERE id = $1 {lock}")))
-            .bind(job_id.as_str())
-            .fetch_one(&mut *connection)
-            .await?;
+    let query = format!("SELECT state, dataset_id, recording_id FROM jobs WHERE id = $1 {lock}");
+    let row = sqlx::query(AssertSqlSafe(query)).bind(job_id.as_str()).fetch_one(&mut *connection).await?;
+    let text: String = row.try_get("state")?;
+    let dataset_id: Option<DatasetId> = database::optional_id(&row, "jobs", "dataset_id")?;
     let corrupt = |reason: String| StoreError::Corrupt { table: "jobs", reason };
     let before = JobState::parse(&text).ok_or_else(|| corrupt(format!("state {text}")))?;
     let after = before.after(event).map_err(|error| corrupt(error.to_string()))?;
@@ -364,14 +324,21 @@ pub(super) async fn move_job(
         calls::abandon(connection, job_id, now_ms).await?;
         stage_claims::release_all(connection, job_id).await?;
     }
+    if let Some(dataset_id) = &dataset_id {
+        datasets::follow(connection, dataset_id, after).await?;
+    }
     if after != before {
         match after {
             JobState::Cancelling => {
                 events::append(connection, job_id, now_ms, "job_cancelling", &json!({})).await?;
             }
+            JobState::Cancelled if row.try_get::<Option<String>, _>("recording_id")?.is_some() => {
+                recordings::cancel_by_job(connection, job_id, now_ms).await?;
+                events::append(connection, job_id, now_ms, "job_cancelled", &json!({})).await?;
+            }
             JobState::Cancelled => {
                 let message = "the job was cancelled; retry it to go on where it stopped";
-                outcome::scene_failed(connection, job_id, "cancelled", message, now_ms).await?;
+                outcome::subject_failed(connection, job_id, "cancelled", message, now_ms).await?;
                 events::append(connection, job_id, now_ms, "job_cancelled", &json!({})).await?;
             }
             _ => {}

@@ -4,10 +4,10 @@
 
 use sqlx::{AnyConnection, Row};
 
-use super::queue::QueueColumns;
-use super::{Store, StoreError, database, scenes};
+use super::queue::{JobSubject, NewJob, QueueColumns};
+use super::{Store, StoreError, database};
 use crate::boxed;
-use scene::job::JobState;
+use scene::job::{JobKind, JobState};
 use scene::{JobId, SceneId, TenantId};
 
 /// Result of a request to make a scene's bytes again.
@@ -74,10 +74,14 @@ async fn rebuild(
     // With its salt, the new job finds the same checkpoints.
     let (stage, salt): (Option<String>, Option<String>) =
         (newest.try_get("from_stage")?, newest.try_get("salt")?);
-    let salt_from = stage.as_deref().zip(salt.as_deref());
+    let salted_from = stage.as_deref().map(|stage| (stage, salt.as_deref()));
     let columns = QueueColumns::of_retry(connection, &job_id, now).await?;
-    let rebuilt =
-        scenes::insert_job(connection, tenant_id, scene_id, Some(&job_id), salt_from, columns, now).await?;
+    let new = NewJob {
+        retry_of: Some(&job_id),
+        salted_from,
+        ..NewJob::new(tenant_id, JobKind::Retry, JobSubject::Scene(scene_id), columns)
+    };
+    let rebuilt = new.insert(connection, now).await?;
     tracing::warn!(%scene_id, job_id = %rebuilt.id, "stored bytes of a scene are gone; a job makes them again");
     Ok(RebuildOutcome::Enqueued(rebuilt.id))
 }

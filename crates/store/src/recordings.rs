@@ -1,19 +1,18 @@
 //! Recordings: demonstrations of tasks in a finished scene, recorded in the background as a dataset.
 //!
-//! A row is one order with its request, which the store does not interpret. Its attempts are numbered; processes take
-//! them one by one with a lease ([`claim`]) and keep what came of them ([`attempts`]), so that any number of processes
-//! work on one recording and none loses more than the attempts that it was making. When enough have succeeded and
-//! none is being made, one process assembles the dataset ([`dataset`]); the attempts are dropped then. Events state
-//! what happens ([`events`]), and stay.
+//! A row is one order with its request, which the store does not interpret. Its attempts are numbered, and each is a job
+//! (see [`crate::queue`]) whose result is kept ([`attempts`]), so that any number of processes work on one recording and
+//! none loses more than the attempts that it was making. When enough have succeeded and none is being made, one more job
+//! assembles the dataset ([`dataset`]). Which jobs there are is decided in [`schedule`]; they are dropped with the attempts
+//! when the recording ends. Events state what happens ([`events`]), and stay.
 
 mod attempts;
-mod claim;
+mod schedule;
 mod dataset;
+mod ending;
 mod events;
 mod files;
 mod progress;
-mod rescue;
-mod setbacks;
 mod requests;
 
 use serde_json::Value;
@@ -25,13 +24,15 @@ use super::{Digest, Store, StoreError, database};
 use crate::boxed;
 use scene::{RecordingId, SceneId, TenantId};
 
-pub use attempts::{Begun, KeptAttempt, MadeAttempt};
-pub use claim::{AssemblyLease, AttemptLease, RecordingClaim, RecordingWork};
+pub use attempts::{AttemptWork, Begun, KeptAttempt, MadeAttempt};
+pub(super) use attempts::{keep, make_again};
 pub use dataset::{ArchivePart, RecordingArchive};
+pub(super) use ending::{cancel_by_job, fail, finish};
 pub use events::{RecordingEventHead, RecordingEventKind};
 pub use files::RecordingFile;
 pub use progress::RecordingProgress;
 pub use requests::{CancelRecordingOutcome, NewRecording, SubmitRecordingOutcome};
+pub(super) use schedule::begun;
 
 /// State of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +86,10 @@ pub struct RecordingRow {
     pub max_attempts: u64,
     /// Of everything that attempts depend on, once a process knows it.
     pub identity: Option<String>,
+    /// How often all attempts were dropped for another identity.
+    pub restarts: i64,
+    /// Attempts that were enqueued: the number of the next one.
+    pub begun: u64,
     /// Attempts that have an outcome.
     pub made: u64,
     pub successes: u64,
@@ -171,6 +176,8 @@ fn recording_of(row: &AnyRow) -> Result<RecordingRow, StoreError> {
         wanted: count(row, "wanted")?,
         max_attempts: count(row, "max_attempts")?,
         identity: row.try_get("identity")?,
+        restarts: row.try_get("restarts")?,
+        begun: count(row, "begun")?,
         made: count(row, "made")?,
         successes: count(row, "successes")?,
         summary: json("summary")?,

@@ -9,10 +9,10 @@ use uuid::Uuid;
 
 use super::jobs::{JOINED_COLUMNS, JobRow, job_in};
 use super::list_query::ListQuery;
-use super::queue::{QueueColumns, QueueFull, Schedule};
-use super::{Store, StoreError, database, events, queue};
+use super::queue::{NewJob, QueueColumns, QueueFull, Schedule};
+use super::{Store, StoreError, database, queue};
 use crate::boxed;
-use scene::job::{JobEvent, JobKind, JobState, SceneState};
+use scene::job::{JobEvent, JobState, SceneState};
 use scene::{JobId, SceneId, TenantId};
 
 /// Lifetime of an idempotency key.
@@ -259,7 +259,7 @@ pub(super) async fn submit(
     .bind(now)
     .execute(&mut *connection)
     .await?;
-    let job = insert_job(connection, &new.tenant_id, &scene_id, None, None, columns, now).await?;
+    let job = NewJob::of_scene(&new.tenant_id, &scene_id, columns).insert(connection, now).await?;
     let job_id = job.id.clone();
     if let Some((key, body_digest)) = new.idempotency {
         sqlx::query(
@@ -290,66 +290,6 @@ pub(super) async fn submit(
         updated_at_ms: now,
     };
     Ok(SubmitOutcome::Created { scene_id, job_id, rows: Box::new(NewRows { scene, job, last_place: None }) })
-}
-
-/// Inserts a queued job of a scene with its first event, and returns its row.
-pub(super) async fn insert_job(
-    connection: &mut AnyConnection,
-    tenant_id: &TenantId,
-    scene_id: &SceneId,
-    retry_of: Option<&JobId>,
-    salt_from: Option<(&str, &str)>,
-    columns: QueueColumns,
-    now_ms: i64,
-) -> Result<JobRow, StoreError> {
-    let job_id: JobId = database::parse_id(&Uuid::now_v7().to_string(), "jobs")?;
-    let kind = if retry_of.is_some() { JobKind::Retry } else { JobKind::Generate };
-    // A retry from a stage salts keys with its own id, so that it finds its own checkpoints after a restart.
-    let (from_stage, salt) = match salt_from {
-        Some((stage, "")) => (Some(stage), Some(job_id.as_str())),
-        Some((stage, salt)) => (Some(stage), Some(salt)),
-        None => (None, None),
-    };
-    sqlx::query(
-        "INSERT INTO jobs (id, tenant_id, kind, scene_id, retry_of, from_stage, salt, state, created_at, priority,
-                           not_before, rank_at, deadline_at, request_version, next_seq)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, 'queued', $8, $9, $10, $11, $12, $13, $14)",
-    )
-    .bind(job_id.as_str())
-    .bind(tenant_id.as_str())
-    .bind(kind.as_str())
-    .bind(scene_id.as_str())
-    .bind(retry_of.map(JobId::as_str))
-    .bind(from_stage)
-    .bind(salt)
-    .bind(now_ms)
-    .bind(columns.priority)
-    .bind(columns.not_before)
-    .bind(columns.rank_at)
-    .bind(columns.deadline_at)
-    .bind(columns.request_version)
-    .bind(events::FIRST_SEQ + 1)
-    .execute(&mut *connection)
-    .await?;
-    let queued = json!({ "scene_id": scene_id });
-    events::insert(connection, &job_id, events::FIRST_SEQ, now_ms, "job_queued", &queued).await?;
-    Ok(JobRow {
-        id: job_id,
-        kind,
-        scene_id: Some(scene_id.clone()),
-        retry_of: retry_of.cloned(),
-        from_stage: from_stage.map(str::to_owned),
-        state: JobState::Queued,
-        rank_at_ms: columns.rank_at,
-        attempt: 0,
-        epoch: 0,
-        failure_class: None,
-        failure_code: None,
-        failure_message: None,
-        created_at_ms: now_ms,
-        started_at_ms: None,
-        finished_at_ms: None,
-    })
 }
 
 pub(super) async fn delete(

@@ -177,17 +177,21 @@ pub const ROOT_MODULES: &[Layer] = &[
         &["batches", "datasets", "freezer", "imaging", "runtime", "scene", "spans", "store"],
         &[CLIENTS, ROWS],
     ),
-    // Failed attempts of both wait by the worker's rules.
-    layer("freezer", &["datasets", "runtime", "scene", "store", "worker"], &[SERVERS, CLIENTS, ROWS]),
+    // Both are work of the worker, whose errors are those of stages.
+    layer(
+        "freezer",
+        &["datasets", "pipeline", "runtime", "scene", "store", "worker"],
+        &[SERVERS, CLIENTS, ROWS],
+    ),
     layer(
         "recorder",
-        &["datasets", "demonstrations", "episodes", "runtime", "scene", "store", "worker"],
+        &["datasets", "demonstrations", "episodes", "pipeline", "runtime", "scene", "store", "worker"],
         &[SERVERS, CLIENTS, ROWS],
     ),
     // Starts loops that panicked again.
     layer("background", &[], &[SERVERS, CLIENTS, ROWS]),
     // What requests and jobs say of themselves in the log and in traces.
-    layer("spans", &["scene"], &[SERVERS, CLIENTS, ROWS, TASKS]),
+    layer("spans", &["scene", "store"], &[SERVERS, CLIENTS, ROWS, TASKS]),
     // Settings structs stand beside their algorithms; config only gathers them.
     layer(
         "config",

@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use crate::api::views::timestamp;
 use datasets::{dataset_manifest, licences, statistics};
-use scene::DatasetId;
+use scene::{DatasetId, JobId};
 use store::datasets::{DatasetFile, DatasetRow, DatasetState};
 
 /// A dataset.
@@ -14,6 +14,8 @@ pub(super) struct DatasetView {
     id: DatasetId,
     name: String,
     version: Option<i64>,
+    /// The newest job: the freeze, or the last verification.
+    job_id: Option<JobId>,
     state: &'static str,
     request: Value,
     /// Of the manifest, as it states it.
@@ -80,6 +82,7 @@ impl DatasetView {
             id: row.id,
             name: row.name,
             version: row.version,
+            job_id: row.job_id,
             state: row.state.as_str(),
             request: row.request,
             digest: row.digest,

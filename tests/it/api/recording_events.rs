@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use hyper::Method;
 use scene::RecordingId;
+use scene::job::{Failure, FailureClass, JobKind};
 use serde_json::{Value, json};
-use store::recordings::{
-    AssemblyLease, AttemptLease, MadeAttempt, NewRecording, RecordingWork, SubmitRecordingOutcome,
-};
-use store::{DEFAULT_TENANT, Digest, Intent, Store};
+use store::queue::{AttemptOutcome, Scope};
+use store::recordings::{MadeAttempt, NewRecording, SubmitRecordingOutcome};
+use store::{DEFAULT_TENANT, Digest, Intent, Lease, Store};
 use tabletopgen::app;
 
 use crate::harness::event_stream::{EventStream, SentEvent};
@@ -40,29 +40,31 @@ async fn ordered(store: &Store, wanted: u64) -> (RecordingId, String) {
     (id, path)
 }
 
-async fn work(store: &Store) -> RecordingWork {
-    store.claim_recording("a", Duration::from_secs(60), 9).await.unwrap().expect("there is work").work
+/// Claims the next job of a recording.
+async fn work(store: &Store, kind: JobKind) -> Lease {
+    let scope = Scope::Kinds(vec![JobKind::RecordAttempt, JobKind::AssembleRecording]);
+    let claim = store.claim("a", Duration::from_secs(60), 9, &scope).await.unwrap().expect("there is work");
+    assert_eq!(claim.work.kind(), kind);
+    claim.lease
 }
 
-async fn attempt(store: &Store) -> AttemptLease {
-    let RecordingWork::Attempt(lease) = work(store).await else { panic!("an attempt") };
-    lease
+async fn attempt(store: &Store) -> Lease {
+    work(store, JobKind::RecordAttempt).await
 }
 
-async fn assembly(store: &Store) -> AssemblyLease {
-    let RecordingWork::Assembly(lease) = work(store).await else { panic!("assembling") };
-    lease
+async fn assembly(store: &Store) -> Lease {
+    work(store, JobKind::AssembleRecording).await
 }
 
 /// Makes an attempt.
 async fn made(store: &Store, outcome: &str) {
     let made = MadeAttempt { outcome: outcome.into(), detail: format!("it was {outcome}"), unit: None };
-    store.keep_attempt(&attempt(store).await, made).await.unwrap();
+    store.finish(&attempt(store).await, AttemptOutcome::Attempted(made)).await.unwrap();
 }
 
 async fn finished(store: &Store) {
-    let lease = assembly(store).await;
-    store.finish_recording(&lease, json!({ "attempts": {}, "episodes": 1, "frames": 9 })).await.unwrap();
+    let summary = AttemptOutcome::Assembled(json!({ "attempts": {}, "episodes": 1, "frames": 9 }));
+    store.finish(&assembly(store).await, summary).await.unwrap();
 }
 
 fn kinds(events: &[SentEvent]) -> Vec<&str> {
@@ -144,7 +146,12 @@ async fn a_stream_follows_the_recording_and_ends_with_it() {
     let (id, path) = ordered(server.store(), 1).await;
     let open = EventStream::open(server.service.address, &path, None);
     let lease = attempt(server.store()).await;
-    server.store().fail_recording(&lease, "not_feasible", "the arm is too short").await.unwrap();
+    let failure = Failure {
+        class: FailureClass::Permanent,
+        code: "not_feasible".into(),
+        message: "the arm is too short".into(),
+    };
+    server.store().finish(&lease, AttemptOutcome::Failed(failure)).await.unwrap();
     let all = open.until(usize::MAX).await;
     assert_eq!(kinds(&all), ["queued", "running", "failed"]);
     assert_eq!(all[2].data["data"]["failure"]["code"], "not_feasible");

@@ -15,7 +15,7 @@ use runtime::CpuPool;
 use scene::request::RequestOptions;
 use serde_json::json;
 use store::calls::{CallEnd, NewCall, Reservation, Spending};
-use store::queue::{AttemptOutcome, Claim};
+use store::queue::{AttemptOutcome, Claim, Scope};
 use store::scenes::NewScene;
 use store::tasks::{TaskEnd, TaskRow};
 use store::{DEFAULT_TENANT, Lease, Store, StoreError};
@@ -46,7 +46,7 @@ async fn claimed(budget_micro_usd: i64) -> (Arc<tempfile::TempDir>, Store, Claim
 }
 
 async fn claim(store: &Store, owner: &str, lease: Duration) -> Claim {
-    store.claim(owner, lease, 5, None).await.unwrap().expect("there is a job")
+    store.claim(owner, lease, 5, &Scope::all()).await.unwrap().expect("there is a job")
 }
 
 fn call(key: &str, reserved_micro_usd: i64) -> NewCall {
@@ -110,7 +110,8 @@ async fn fifty_at_once_do_not_overrun_a_budget() {
             })
             .collect();
         assert_eq!(ids.len(), 7);
-        let spending = store.spending(&DEFAULT_TENANT, &claim.scene_id).await.unwrap();
+        let spending =
+            store.spending(&DEFAULT_TENANT, &claim.scene().expect("a scene").scene_id).await.unwrap();
         assert_eq!(spending, Spending { budget: 7_900, spent: 0, reserved: 7_000 });
         // All of them at once too; they cost nothing in the end, and there is room again.
         let settled = ids.into_iter().map(|id| store.settle_call(&claim.lease, id, end(Some(0), "answered")));
@@ -146,7 +147,7 @@ async fn fifty_questions_at_once_are_billed_no_more_than_the_budget() {
             Err(other) => panic!("{other}"),
         }
     }
-    let spending = store.spending(&DEFAULT_TENANT, &claim.scene_id).await.unwrap();
+    let spending = store.spending(&DEFAULT_TENANT, &claim.scene().expect("a scene").scene_id).await.unwrap();
     assert_eq!(spending.reserved, 0);
     assert_eq!(spending.spent, 6_000 * server.bill().len() as i64);
     assert!(spending.spent <= budget && refused > 0, "{spending:?}, {refused} refused");
@@ -158,7 +159,7 @@ async fn what_a_dead_worker_had_under_way_is_unknown_and_spent() {
     store.expire_leases_of_others("heir").await.unwrap();
     let id = granted(store.reserve_call(&zombie.lease, call("k", 4_000)).await.unwrap());
     let heir = claim(&store, "heir", HOUR).await;
-    let rows = store.calls(&DEFAULT_TENANT, &heir.scene_id).await.unwrap();
+    let rows = store.calls(&DEFAULT_TENANT, &heir.scene().expect("a scene").scene_id).await.unwrap();
     assert_eq!(rows[0].outcome.as_deref(), Some("outcome_unknown"));
     assert_eq!(rows[0].settled_micro_usd, Some(4_000));
     // The dead may have only slept; what it says now changes nothing.
@@ -207,7 +208,7 @@ async fn a_vendors_job_outlives_the_worker_that_submitted_it() {
     assert!(!ledger.is_cancelled().await);
     store.cancel(&DEFAULT_TENANT, &job).await.unwrap();
     assert!(ledger.is_cancelled().await);
-    let spending = store.spending(&DEFAULT_TENANT, &heir.scene_id).await.unwrap();
+    let spending = store.spending(&DEFAULT_TENANT, &heir.scene().expect("a scene").scene_id).await.unwrap();
     assert_eq!(spending, Spending { budget: 10_000, spent: 4_000, reserved: 0 });
 }
 
@@ -234,7 +235,10 @@ async fn what_a_dead_worker_was_answered_is_not_paid_for_again() {
     let heir = claim(&store, "heir", HOUR).await;
     assert_eq!(describe(&heir.lease).await, described);
     assert_eq!(
-        (server.bill().len(), store.calls(&DEFAULT_TENANT, &heir.scene_id).await.unwrap().len()),
+        (
+            server.bill().len(),
+            store.calls(&DEFAULT_TENANT, &heir.scene().expect("a scene").scene_id).await.unwrap().len()
+        ),
         (2, 2)
     );
     // Answers that will not do are asked for anew, in this stage alone.
@@ -244,7 +248,7 @@ async fn what_a_dead_worker_was_answered_is_not_paid_for_again() {
     store.forget_answers(&heir.lease, "reference", "").await.unwrap();
     describe(&heir.lease).await;
     assert_eq!(server.bill().len(), 3);
-    let spending = store.spending(&DEFAULT_TENANT, &heir.scene_id).await.unwrap();
+    let spending = store.spending(&DEFAULT_TENANT, &heir.scene().expect("a scene").scene_id).await.unwrap();
     assert_eq!(spending.spent, 6_000 * 3);
 }
 
@@ -299,7 +303,8 @@ async fn every_way_out_of_a_worker_closes_the_books() {
         let (_directory, store, claim) = claimed(10_000).await;
         granted(store.reserve_call(&claim.lease, call("k", 4_000)).await.unwrap());
         store.finish(&claim.lease, outcome).await.unwrap();
-        let spending = store.spending(&DEFAULT_TENANT, &claim.scene_id).await.unwrap();
+        let spending =
+            store.spending(&DEFAULT_TENANT, &claim.scene().expect("a scene").scene_id).await.unwrap();
         assert_eq!(spending, Spending { budget: 10_000, spent: 4_000, reserved: 0 });
     }
 }
@@ -324,7 +329,7 @@ async fn clients_see_what_a_scene_has_cost() {
     wait_until_unlocked(directory.path()).await;
     let script = Script::new(&[("alpha", &[Act::Wait])]);
     let server = Server::on(directory, &script, &[]).await;
-    let scene = server.get(&format!("/scenes/{}", claim.scene_id)).await.json();
+    let scene = server.get(&format!("/scenes/{}", claim.scene().expect("a scene").scene_id)).await.json();
     let spending = &scene["spending"];
     assert_eq!((&spending["budget_usd"], &spending["calls"][0]["settled_usd"]), (&json!(2.0), &json!(0.006)));
     assert_eq!(spending["calls"][0]["outcome"], "answered");

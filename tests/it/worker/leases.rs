@@ -9,7 +9,7 @@ use serde_json::json;
 use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
 use store::checkpoints::{Checkpoint, StageKey};
 use store::events::Event;
-use store::queue::{AttemptOutcome, Claim};
+use store::queue::{AttemptOutcome, Claim, Scope};
 use store::scenes::NewScene;
 use store::{DEFAULT_TENANT, Digest, Store, StoreError};
 
@@ -33,7 +33,7 @@ async fn store() -> (tempfile::TempDir, Store) {
 }
 
 async fn claim(store: &Store, owner: &str, lease: Duration) -> Claim {
-    store.claim(owner, lease, 5, None).await.unwrap().expect("there is a job")
+    store.claim(owner, lease, 5, &Scope::all()).await.unwrap().expect("there is a job")
 }
 
 fn stage() -> StageKey {
@@ -84,7 +84,9 @@ async fn every_write_of_a_zombie_is_refused() {
         let scene = store.scene(&DEFAULT_TENANT, &scene).await.unwrap().unwrap();
         format!("{events:?}{job:?}{scene:?}")
     };
-    let shot = || snapshot(store.clone(), heir.lease.job_id.clone(), heir.scene_id.clone());
+    let shot = || {
+        snapshot(store.clone(), heir.lease.job_id.clone(), heir.scene().expect("a scene").scene_id.clone())
+    };
     let before = shot().await;
 
     let lost = |result: Result<(), StoreError>| assert!(matches!(result, Err(StoreError::LeaseLost { .. })));
@@ -101,7 +103,9 @@ async fn every_write_of_a_zombie_is_refused() {
 
     assert_eq!(shot().await, before);
     assert_eq!(store.checkpoint(&stage()).await.unwrap(), None);
-    assert!(store.artifacts(&DEFAULT_TENANT, &heir.scene_id).await.unwrap().is_empty());
+    assert!(
+        store.artifacts(&DEFAULT_TENANT, &heir.scene().expect("a scene").scene_id).await.unwrap().is_empty()
+    );
 
     store.stage_finished(&heir.lease, &stage(), &finished(), false).await.unwrap();
     store.finish(&heir.lease, built()).await.unwrap();
@@ -113,7 +117,7 @@ async fn every_write_of_a_zombie_is_refused() {
 async fn a_lease_that_lasts_is_not_taken() {
     let (_directory, store) = store().await;
     let held = claim(&store, "worker", HOUR).await;
-    assert_eq!(store.claim("other", HOUR, 5, None).await.unwrap(), None);
+    assert_eq!(store.claim("other", HOUR, 5, &Scope::all()).await.unwrap(), None);
     assert_eq!(store.expire_leases_of_others("worker").await.unwrap(), 0);
     assert_eq!(store.expire_leases_of_others("other").await.unwrap(), 1);
     assert_eq!(claim(&store, "other", HOUR).await.lease.job_id, held.lease.job_id);
@@ -148,17 +152,23 @@ async fn success_after_a_cancellation_is_a_cancellation() {
     let held = claim(&store, "worker", HOUR).await;
     store.cancel(&DEFAULT_TENANT, &held.lease.job_id).await.unwrap();
     assert_eq!(store.finish(&held.lease, built()).await.unwrap().as_str(), "cancelled");
-    assert!(store.archive(&DEFAULT_TENANT, &held.scene_id, "all").await.unwrap().is_none());
+    assert!(
+        store
+            .archive(&DEFAULT_TENANT, &held.scene().expect("a scene").scene_id, "all")
+            .await
+            .unwrap()
+            .is_none()
+    );
 }
 
 #[tokio::test]
 async fn a_worker_for_one_job_leaves_the_others_alone() {
     let (_directory, store) = store().await;
     let another: JobId = "another".parse().unwrap();
-    assert_eq!(store.claim("worker", HOUR, 5, Some(&another)).await.unwrap(), None);
+    assert_eq!(store.claim("worker", HOUR, 5, &Scope::Job(another.clone())).await.unwrap(), None);
     let job = store.scenes(&DEFAULT_TENANT, store::scenes::SceneFilter { limit: 1, ..Default::default() });
     let job = store.latest_job(&DEFAULT_TENANT, &job.await.unwrap()[0].0.id).await.unwrap().unwrap();
-    assert!(store.claim("worker", HOUR, 5, Some(&job.id)).await.unwrap().is_some());
+    assert!(store.claim("worker", HOUR, 5, &Scope::Job(job.id.clone())).await.unwrap().is_some());
 }
 
 #[tokio::test]

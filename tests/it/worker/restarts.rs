@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use scene::JobId;
 use serde_json::json;
+use store::queue::Scope;
 use store::scenes::{NewScene, SubmitOutcome};
 use store::{DEFAULT_TENANT, Digest, Store};
 use tabletopgen::app::service;
@@ -61,7 +62,7 @@ async fn jobs_of_a_worker_that_died_are_taken_over_at_once() {
     let store = opened(directory.path()).await;
     let job = submit(&store, "a mug").await;
     let lease = Duration::from_secs(3600);
-    let claim = store.claim("the dead", lease, 3, None).await.unwrap().expect("claims");
+    let claim = store.claim("the dead", lease, 3, &Scope::all()).await.unwrap().expect("claims");
     assert_eq!((&claim.lease.job_id, claim.attempt), (&job, 1));
     drop(store);
     wait_until_unlocked(directory.path()).await;
@@ -77,10 +78,10 @@ async fn a_job_whose_worker_dies_every_time_is_failed_in_the_end() {
     let store = opened(directory.path()).await;
     let job = submit(&store, "a mug").await;
     for _ in 0..2 {
-        let claim = store.claim("the dead", Duration::ZERO, 2, None).await.unwrap().expect("claims");
+        let claim = store.claim("the dead", Duration::ZERO, 2, &Scope::all()).await.unwrap().expect("claims");
         assert_eq!(claim.attempt, 1, "the death of a worker is no attempt");
     }
-    assert_eq!(store.claim("the next", Duration::ZERO, 2, None).await.unwrap(), None);
+    assert_eq!(store.claim("the next", Duration::ZERO, 2, &Scope::all()).await.unwrap(), None);
     let row = store.job(&DEFAULT_TENANT, &job).await.unwrap().unwrap();
     assert_eq!((row.state.as_str(), row.failure_code.as_deref()), ("failed", Some("worker_crashed")));
 }

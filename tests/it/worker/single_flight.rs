@@ -6,6 +6,7 @@ use std::time::Duration;
 use scene::JobId;
 use scene::job::JobState;
 use serde_json::json;
+use store::queue::Scope;
 use store::scenes::{NewScene, SubmitOutcome};
 use store::{DEFAULT_TENANT, Store};
 use tabletopgen::app;
@@ -34,7 +35,7 @@ async fn submit(store: &Store) -> JobId {
 fn start_worker(store: &Store, script: &Arc<Script>, stop: &CancellationToken) {
     let mut config = settings(&[("worker.concurrency", "1")]).config;
     config.worker.drain_grace_secs = 0;
-    let worker = app::worker(store, &config, script.build()).unwrap();
+    let worker = app::worker(store, &config, &app::cpu_pool(&config).unwrap(), script.build());
     tokio::spawn(worker.run(stop.clone()));
 }
 
@@ -124,7 +125,11 @@ async fn a_worker_without_a_free_slot_rescues_the_jobs_of_dead_workers() {
         let busy = submit(&store).await;
         script.reaches("alpha").await;
         let orphan = submit(&store).await;
-        let dead = store.claim("dead", Duration::from_millis(200), 9, Some(&orphan)).await.unwrap().unwrap();
+        let dead = store
+            .claim("dead", Duration::from_millis(200), 9, &Scope::Job(orphan.clone()))
+            .await
+            .unwrap()
+            .unwrap();
         let rescued = async {
             while store.job(&DEFAULT_TENANT, &orphan).await.unwrap().unwrap().state != JobState::Queued {
                 tokio::time::sleep(Duration::from_millis(20)).await;

@@ -12,6 +12,7 @@ use embedded::single_view_reconstruction::{ImageReader, ReadingNetwork};
 use gpu::Compute;
 use runtime::CpuPool;
 use scene::{SceneId, SceneRequest};
+use store::queue::Scope;
 use store::scenes::{NewScene, SubmitOutcome};
 use store::{DEFAULT_TENANT, Intent, Store, StoreError};
 use tabletopgen::app::{AppError, BACKEND};
@@ -84,15 +85,16 @@ pub async fn opened(
     let SubmitOutcome::Created { job_id, scene_id, .. } = store.submit(new).await? else {
         return Err(lost("a submission without a key was not new"));
     };
-    let claim = store.claim("evaluation", LEASE, 1, Some(&job_id)).await?;
+    let claim = store.claim("evaluation", LEASE, 1, &Scope::Job(job_id.clone())).await?;
     let claim = claim.ok_or_else(|| lost("the job just submitted cannot be claimed"))?;
+    let salt = claim.scene().and_then(|scene| scene.salt.clone());
     let stage_timeout = Duration::from_secs(config.worker.stage_timeout_secs);
     let runtime =
         StageRuntime::new(store.clone(), cpu.clone(), BACKEND, config.worker.fan_out, stage_timeout);
     let checkpoints = runtime.open(JobScope {
         lease: claim.lease,
         tenant_id: claim.tenant_id,
-        salt: claim.salt,
+        salt,
         cancel: cancel.clone(),
         drain: CancelFlag::default(),
     });

@@ -112,12 +112,15 @@ async fn begin_again(
         .await?;
     let retried = jobs::retry(connection, batch.tenant_id.clone(), job_id.clone(), None).await?;
     Ok(match retried {
-        RetryOutcome::Created { job_id, scene_id } => Some((scene_id, job_id)),
+        RetryOutcome::Created { job_id } => Some((scene_id.clone(), job_id)),
         // Another client retried the job, and perhaps it has succeeded by now.
         RetryOutcome::StillActive | RetryOutcome::SceneIs(SceneState::Ready) => {
             Some((scene_id.clone(), job_id.clone()))
         }
-        RetryOutcome::NotFound | RetryOutcome::SceneIs(_) | RetryOutcome::NoSuchStage => None,
+        RetryOutcome::NotFound
+        | RetryOutcome::SceneIs(_)
+        | RetryOutcome::NothingToRepeat
+        | RetryOutcome::NoSuchStage => None,
     })
 }
 

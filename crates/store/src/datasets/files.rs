@@ -3,10 +3,10 @@
 use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, Row};
 
-use super::claim::guard;
-use super::{DatasetLease, DatasetRow};
+use super::DatasetRow;
 use crate::boxed;
-use crate::{Digest, Store, StoreError};
+use crate::queue::{guard, note_progress};
+use crate::{Digest, Lease, Store, StoreError, database};
 use scene::DatasetId;
 
 /// A file of a version.
@@ -42,25 +42,28 @@ impl Store {
         row.as_ref().map(file_of).transpose()
     }
 
-    /// Records a file whose blob was put.
+    /// Records a file of a job's dataset, whose blob was put. A file that no attempt recorded before is progress.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::LeaseLost`] if the lease is no longer valid.
     #[boxed]
-    pub async fn record_dataset_file(
-        &self,
-        lease: &DatasetLease,
-        file: DatasetFile,
-    ) -> Result<(), StoreError> {
+    pub async fn record_dataset_file(&self, lease: &Lease, file: DatasetFile) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
             .write("record a file of a dataset", move |connection| {
                 Box::pin(async move {
                     guard(connection, &lease).await?;
-                    note_progress(connection, &lease, &file.path).await?;
+                    let id = dataset_of_job(connection, &lease).await?;
+                    if !is_recorded(connection, &id, &file.path).await? {
+                        note_progress(connection, &lease.job_id).await?;
+                    }
                     sqlx::query(
                         "INSERT INTO dataset_files (dataset_id, path, digest, size, media_type) VALUES ($1, $2, $3, $4, $5)
                          ON CONFLICT (dataset_id, path) DO UPDATE
                          SET digest = excluded.digest, size = excluded.size, media_type = excluded.media_type",
                     )
-                    .bind(lease.id.as_str())
+                    .bind(id.as_str())
                     .bind(&file.path)
                     .bind(file.digest.as_str())
                     .bind(i64::try_from(file.size).unwrap_or(i64::MAX))
@@ -73,28 +76,56 @@ impl Store {
             .await
     }
 
-    /// Gives a dataset the files of an earlier one, whose version it is.
+    /// Gives the dataset of a job the files of an earlier one, whose version it is.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::LeaseLost`] if the lease is no longer valid.
     #[boxed]
-    pub async fn share_dataset_files(
-        &self,
-        lease: &DatasetLease,
-        earlier: &DatasetRow,
-    ) -> Result<(), StoreError> {
+    pub async fn share_dataset_files(&self, lease: &Lease, earlier: &DatasetRow) -> Result<(), StoreError> {
         let (lease, earlier) = (lease.clone(), earlier.id.clone());
         self.writer
             .write("share the files of a dataset", move |connection| {
                 Box::pin(async move {
                     guard(connection, &lease).await?;
+                    let id = dataset_of_job(connection, &lease).await?;
                     sqlx::query("DELETE FROM dataset_files WHERE dataset_id = $1")
-                        .bind(lease.id.as_str())
+                        .bind(id.as_str())
                         .execute(&mut *connection)
                         .await?;
                     sqlx::query(
                         "INSERT INTO dataset_files (dataset_id, path, digest, size, media_type)
                          SELECT $1, path, digest, size, media_type FROM dataset_files WHERE dataset_id = $2",
                     )
-                    .bind(lease.id.as_str())
+                    .bind(id.as_str())
                     .bind(earlier.as_str())
+                    .execute(connection)
+                    .await?;
+                    Ok(())
+                })
+            })
+            .await
+    }
+
+    /// Notes how far the work on a job's dataset is: steps that are done, and all.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::LeaseLost`] if the lease is no longer valid.
+    #[boxed]
+    pub async fn note_dataset_steps(&self, lease: &Lease, steps: (i64, i64)) -> Result<(), StoreError> {
+        let lease = lease.clone();
+        self.writer
+            .write("note the progress of a dataset", move |connection| {
+                Box::pin(async move {
+                    guard(connection, &lease).await?;
+                    sqlx::query(
+                        "UPDATE datasets SET steps_done = $1, steps_all = $2
+                         WHERE id = (SELECT dataset_id FROM jobs WHERE id = $3)",
+                    )
+                    .bind(steps.0)
+                    .bind(steps.1)
+                    .bind(lease.job_id.as_str())
                     .execute(connection)
                     .await?;
                     Ok(())
@@ -104,21 +135,23 @@ impl Store {
     }
 }
 
-/// A file that no attempt has recorded before is progress: the current attempt is the first one since.
-async fn note_progress(
-    connection: &mut AnyConnection,
-    lease: &DatasetLease,
-    path: &str,
-) -> Result<(), StoreError> {
-    sqlx::query(
-        "UPDATE datasets SET attempt = 1, shared_deaths = 0, lone_deaths = 0
-         WHERE id = $1 AND NOT EXISTS (SELECT 1 FROM dataset_files WHERE dataset_id = $1 AND path = $2)",
-    )
-    .bind(lease.id.as_str())
-    .bind(path)
-    .execute(connection)
-    .await?;
-    Ok(())
+/// The dataset that a job works on.
+async fn dataset_of_job(connection: &mut AnyConnection, lease: &Lease) -> Result<DatasetId, StoreError> {
+    let row = sqlx::query("SELECT dataset_id FROM jobs WHERE id = $1")
+        .bind(lease.job_id.as_str())
+        .fetch_one(connection)
+        .await?;
+    database::id(&row, "jobs", "dataset_id")
+}
+
+async fn is_recorded(connection: &mut AnyConnection, id: &DatasetId, path: &str) -> Result<bool, StoreError> {
+    let found: Option<i64> =
+        sqlx::query_scalar("SELECT CAST(1 AS BIGINT) FROM dataset_files WHERE dataset_id = $1 AND path = $2")
+            .bind(id.as_str())
+            .bind(path)
+            .fetch_optional(connection)
+            .await?;
+    Ok(found.is_some())
 }
 
 fn file_of(row: &AnyRow) -> Result<DatasetFile, StoreError> {

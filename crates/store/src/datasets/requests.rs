@@ -7,8 +7,11 @@ use uuid::Uuid;
 use super::DatasetState;
 use crate::boxed;
 use crate::database::Dialect;
+use crate::jobs::{JobRow, RetryOutcome};
+use crate::queue::{JobSubject, NewJob, QueueColumns};
 use crate::{Digest, Store, StoreError, database};
-use scene::{DatasetId, TenantId};
+use scene::job::{JobKind, JobState};
+use scene::{DatasetId, JobId, TenantId};
 
 /// A dataset to be frozen.
 #[derive(Clone, Debug)]
@@ -91,6 +94,7 @@ async fn submit(connection: &mut AnyConnection, new: NewDataset) -> Result<Submi
         }
     }
     let now = database::now_ms(connection).await?;
+    let columns = QueueColumns::of_new(None, &new.request, now);
     let id: DatasetId = database::parse_id(&Uuid::now_v7().to_string(), "datasets")?;
     sqlx::query(
         "INSERT INTO datasets (id, tenant_id, name, state, request, idempotency_key, body_digest, created_at)
@@ -98,13 +102,19 @@ async fn submit(connection: &mut AnyConnection, new: NewDataset) -> Result<Submi
     )
     .bind(id.as_str())
     .bind(new.tenant_id.as_str())
-    .bind(new.name)
+    .bind(&new.name)
     .bind(new.request.to_string())
     .bind(new.idempotency_key)
     .bind(new.body_digest.as_str())
     .bind(now)
-    .execute(connection)
+    .execute(&mut *connection)
     .await?;
+    let key = exclusive_key(&new.name);
+    let freeze = NewJob {
+        exclusive_key: Some(&key),
+        ..NewJob::new(&new.tenant_id, JobKind::FreezeDataset, JobSubject::Dataset(&id), columns)
+    };
+    enqueue(connection, freeze, &id, now).await?;
     Ok(SubmitDatasetOutcome::Created(id))
 }
 
@@ -126,13 +136,77 @@ async fn verify(
     if state != DatasetState::Finished {
         return Ok(VerifyOutcome::NotFrozen(state));
     }
-    sqlx::query(
-        "UPDATE datasets SET verify_state = 'queued', attempt = 0, steps_done = 0, steps_all = 0, not_before = 0,
-                             shared_deaths = 0, lone_deaths = 0
+    let started = sqlx::query(
+        "UPDATE datasets SET verify_state = 'queued'
          WHERE id = $1 AND (verify_state IS NULL OR verify_state = 'finished')",
     )
     .bind(id.as_str())
-    .execute(connection)
+    .execute(&mut *connection)
     .await?;
+    if started.rows_affected() > 0 {
+        let now = database::now_ms(connection).await?;
+        let columns = QueueColumns::of_new(None, &Value::Null, now);
+        let verification = NewJob::new(tenant_id, JobKind::VerifyDataset, JobSubject::Dataset(id), columns);
+        enqueue(connection, verification, id, now).await?;
+    }
     Ok(VerifyOutcome::Accepted)
+}
+
+/// Repeats the ended job of a dataset: a freeze that made no version, or a verification that was given up.
+pub(crate) async fn retry(
+    connection: &mut AnyConnection,
+    ended: &JobRow,
+    tenant_id: &TenantId,
+    now_ms: i64,
+) -> Result<RetryOutcome, StoreError> {
+    let Some(id) = &ended.dataset_id else { return Ok(RetryOutcome::NotFound) };
+    let lock = Dialect::of(connection).lock();
+    let query = format!("SELECT name, state, job_id FROM datasets WHERE id = $1 {lock}");
+    let row = sqlx::query(AssertSqlSafe(query)).bind(id.as_str()).fetch_one(&mut *connection).await?;
+    let newest: Option<JobId> = database::optional_id(&row, "datasets", "job_id")?;
+    if newest.as_ref() != Some(&ended.id) || ended.state == JobState::Succeeded {
+        return Ok(RetryOutcome::NothingToRepeat);
+    }
+    if !ended.state.is_final() {
+        return Ok(RetryOutcome::StillActive);
+    }
+    let is_freeze = ended.kind == JobKind::FreezeDataset;
+    let restart = match is_freeze {
+        true => {
+            "UPDATE datasets SET state = 'queued', failure_code = NULL, failure_message = NULL, finished_at = NULL
+             WHERE id = $1"
+        }
+        false => "UPDATE datasets SET verify_state = 'queued' WHERE id = $1",
+    };
+    sqlx::query(restart).bind(id.as_str()).execute(&mut *connection).await?;
+    let key = exclusive_key(&row.try_get::<String, _>("name")?);
+    let columns = QueueColumns::of_retry(connection, &ended.id, now_ms).await?;
+    let again = NewJob {
+        retry_of: Some(&ended.id),
+        exclusive_key: is_freeze.then_some(key.as_str()),
+        ..NewJob::new(tenant_id, ended.kind, JobSubject::Dataset(id), columns)
+    };
+    let job_id = enqueue(connection, again, id, now_ms).await?;
+    Ok(RetryOutcome::Created { job_id })
+}
+
+/// Inserts the job of a dataset, which is then its newest.
+async fn enqueue(
+    connection: &mut AnyConnection,
+    job: NewJob<'_>,
+    id: &DatasetId,
+    now_ms: i64,
+) -> Result<JobId, StoreError> {
+    let job = job.insert(connection, now_ms).await?;
+    sqlx::query("UPDATE datasets SET job_id = $1, steps_done = 0, steps_all = 0 WHERE id = $2")
+        .bind(job.id.as_str())
+        .bind(id.as_str())
+        .execute(connection)
+        .await?;
+    Ok(job.id)
+}
+
+/// Freezes of one name follow each other, so that every version has another number.
+fn exclusive_key(name: &str) -> String {
+    format!("dataset {name}")
 }

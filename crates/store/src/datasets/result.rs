@@ -1,25 +1,13 @@
-//! The end of work on a dataset.
+//! What becomes of a dataset while its job runs, and when that ends. Each function is a part of the transaction that
+//! changes the job.
 
 use serde_json::Value;
 use sqlx::AnyConnection;
 
-use super::DatasetLease;
-use super::claim::guard;
-use crate::boxed;
-use crate::{Store, StoreError, database};
-
-/// What came of a freeze.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FreezeResult {
-    Frozen(FrozenVersion),
-    /// There is no version.
-    Failed {
-        /// Stable, `[a-z0-9_]+`.
-        code: String,
-        /// A sentence with advice.
-        message: String,
-    },
-}
+use super::{DatasetRow, dataset_of};
+use crate::{StoreError, database};
+use scene::job::JobState;
+use scene::{DatasetId, JobId};
 
 /// A version whose files are recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,87 +21,119 @@ pub struct FrozenVersion {
     pub paths: Vec<String>,
 }
 
-impl Store {
-    /// Ends a freeze.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::DatasetLeaseLost`] if the lease is no longer valid.
-    #[boxed]
-    pub async fn finish_freeze(&self, lease: &DatasetLease, result: FreezeResult) -> Result<(), StoreError> {
-        let lease = lease.clone();
-        self.writer
-            .write("finish a dataset", move |connection| {
-                Box::pin(async move { finish(connection, &lease, &result).await })
-            })
-            .await?;
-        self.announce();
-        Ok(())
-    }
-
-    /// Ends a verification with what it found, as JSON.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::DatasetLeaseLost`] if the lease is no longer valid.
-    #[boxed]
-    pub async fn finish_verification(&self, lease: &DatasetLease, found: Value) -> Result<(), StoreError> {
-        let lease = lease.clone();
-        self.writer
-            .write("finish the verification of a dataset", move |connection| {
-                Box::pin(async move {
-                    guard(connection, &lease).await?;
-                    sqlx::query(
-                        "UPDATE datasets SET verify_state = 'finished', verification = $1, owner = NULL, lease_until = 0
-                         WHERE id = $2",
-                    )
-                    .bind(found.to_string())
-                    .bind(lease.id.as_str())
-                    .execute(connection)
-                    .await?;
-                    Ok(())
-                })
-            })
-            .await?;
-        self.announce();
-        Ok(())
-    }
+/// A dataset whose job was claimed; its steps count from 0.
+pub(crate) async fn begun(connection: &mut AnyConnection, id: &DatasetId) -> Result<DatasetRow, StoreError> {
+    let row = sqlx::query("UPDATE datasets SET steps_done = 0, steps_all = 0 WHERE id = $1 RETURNING *")
+        .bind(id.as_str())
+        .fetch_one(connection)
+        .await?;
+    dataset_of(&row)
 }
 
-async fn finish(
+/// A dataset that is not frozen, and a verification that is not finished, have the state of their job.
+pub(crate) async fn follow(
     connection: &mut AnyConnection,
-    lease: &DatasetLease,
-    result: &FreezeResult,
+    id: &DatasetId,
+    job: JobState,
 ) -> Result<(), StoreError> {
-    guard(connection, lease).await?;
-    let now = database::now_ms(connection).await?;
-    let (state, frozen, failure) = match result {
-        FreezeResult::Frozen(frozen) => ("finished", Some(frozen), None),
-        FreezeResult::Failed { code, message } => ("failed", None, Some((code, message))),
+    let state = match job {
+        JobState::Queued => "queued",
+        JobState::Running => "running",
+        _ => return Ok(()),
     };
     sqlx::query(
-        "UPDATE datasets SET state = $1, version = $2, digest = $3, summary = $4, failure_code = $5,
-                             failure_message = $6, finished_at = $7, owner = NULL, lease_until = 0
-         WHERE id = $8",
+        "UPDATE datasets
+         SET state = CASE WHEN state IN ('queued', 'running') THEN $1 ELSE state END,
+             verify_state = CASE WHEN verify_state IN ('queued', 'running') THEN $1 ELSE verify_state END
+         WHERE id = $2",
     )
     .bind(state)
-    .bind(frozen.map(|frozen| frozen.version))
-    .bind(frozen.map(|frozen| frozen.digest.clone()))
-    .bind(frozen.map(|frozen| frozen.summary.to_string()))
-    .bind(failure.map(|(code, _)| code.clone()))
-    .bind(failure.map(|(_, message)| message.clone()))
-    .bind(now)
-    .bind(lease.id.as_str())
+    .bind(id.as_str())
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// Records the version that a freeze made.
+pub(crate) async fn record_version(
+    connection: &mut AnyConnection,
+    job_id: &JobId,
+    frozen: &FrozenVersion,
+    now_ms: i64,
+) -> Result<(), StoreError> {
+    let row = sqlx::query(
+        "UPDATE datasets SET state = 'finished', version = $1, digest = $2, summary = $3, finished_at = $4
+         WHERE id = (SELECT dataset_id FROM jobs WHERE id = $5) RETURNING id",
+    )
+    .bind(frozen.version)
+    .bind(&frozen.digest)
+    .bind(frozen.summary.to_string())
+    .bind(now_ms)
+    .bind(job_id.as_str())
+    .fetch_one(&mut *connection)
+    .await?;
+    let id: DatasetId = database::id(&row, "datasets", "id")?;
+    keep_files(connection, &id, &frozen.paths).await
+}
+
+/// Records what a verification found.
+pub(crate) async fn record_verification(
+    connection: &mut AnyConnection,
+    job_id: &JobId,
+    found: &Value,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "UPDATE datasets SET verify_state = 'finished', verification = $1
+         WHERE id = (SELECT dataset_id FROM jobs WHERE id = $2)",
+    )
+    .bind(found.to_string())
+    .bind(job_id.as_str())
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// Ends the dataset of a failed or cancelled job: a freeze leaves no version, a verification leaves the version as it was.
+pub(crate) async fn fail(
+    connection: &mut AnyConnection,
+    id: &DatasetId,
+    code: &str,
+    message: &str,
+    now_ms: i64,
+) -> Result<(), StoreError> {
+    let freeze = sqlx::query(
+        "UPDATE datasets SET state = 'failed', failure_code = $1, failure_message = $2, finished_at = $3
+         WHERE id = $4 AND state IN ('queued', 'running')",
+    )
+    .bind(code)
+    .bind(message)
+    .bind(now_ms)
+    .bind(id.as_str())
     .execute(&mut *connection)
     .await?;
+    if freeze.rows_affected() > 0 {
+        return keep_files(connection, id, &[]).await;
+    }
+    sqlx::query("UPDATE datasets SET verify_state = NULL WHERE id = $1 AND verify_state <> 'finished'")
+        .bind(id.as_str())
+        .execute(connection)
+        .await?;
+    Ok(())
+}
+
+/// Drops the rows of all other files of a dataset.
+async fn keep_files(
+    connection: &mut AnyConnection,
+    id: &DatasetId,
+    paths: &[String],
+) -> Result<(), StoreError> {
     let recorded: Vec<String> = sqlx::query_scalar("SELECT path FROM dataset_files WHERE dataset_id = $1")
-        .bind(lease.id.as_str())
+        .bind(id.as_str())
         .fetch_all(&mut *connection)
         .await?;
-    let known: &[String] = frozen.map_or(&[], |frozen| &frozen.paths);
-    for path in recorded.iter().filter(|path| !known.contains(path)) {
+    for path in recorded.iter().filter(|path| !paths.contains(path)) {
         sqlx::query("DELETE FROM dataset_files WHERE dataset_id = $1 AND path = $2")
-            .bind(lease.id.as_str())
+            .bind(id.as_str())
             .bind(path)
             .execute(&mut *connection)
             .await?;

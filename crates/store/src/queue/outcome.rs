@@ -1,10 +1,10 @@
 //! The end of an attempt: the job's next state, and what is recorded about it.
 
 use serde_json::{Value, json};
-use sqlx::AnyConnection;
+use sqlx::{AnyConnection, Row};
 
 use super::{AttemptOutcome, Lease, guard, milliseconds, move_job};
-use crate::{StoreError, artifacts, database, events};
+use crate::{StoreError, artifacts, database, datasets, events, recordings};
 use scene::JobId;
 use scene::job::{Failure, JobEvent, JobState};
 
@@ -23,6 +23,48 @@ pub(super) async fn finish(
             if state == JobState::Succeeded {
                 artifacts::record_built(connection, job_id, &built, now).await?;
             }
+            Ok(state)
+        }
+        AttemptOutcome::Frozen(version) => {
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            if state == JobState::Succeeded {
+                datasets::record_version(connection, job_id, &version, now).await?;
+            }
+            Ok(state)
+        }
+        AttemptOutcome::Verified(found) => {
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            if state == JobState::Succeeded {
+                datasets::record_verification(connection, job_id, &found).await?;
+            }
+            Ok(state)
+        }
+        AttemptOutcome::Attempted(made) => {
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            if state == JobState::Succeeded {
+                recordings::keep(connection, job_id, &made, now).await?;
+            }
+            Ok(state)
+        }
+        AttemptOutcome::Assembled(summary) => {
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            if state == JobState::Succeeded {
+                recordings::finish(connection, job_id, &summary, now).await?;
+            }
+            Ok(state)
+        }
+        AttemptOutcome::EpisodeLost { number, failure, max_losses } => {
+            let row = sqlx::query("SELECT recording_id FROM jobs WHERE id = $1")
+                .bind(job_id.as_str())
+                .fetch_one(&mut *connection)
+                .await?;
+            let recording_id = database::id(&row, "jobs", "recording_id")?;
+            if !recordings::make_again(connection, &recording_id, number, max_losses, now).await? {
+                return fail(connection, job_id, JobEvent::Failed, &failure, None, now).await;
+            }
+            let state = move_job(connection, job_id, JobEvent::Failed, now).await?;
+            record_failure(connection, job_id, &failure).await?;
+            events::append(connection, job_id, now, "job_failed", &json!(failure)).await?;
             Ok(state)
         }
         AttemptOutcome::Failed(failure) => {
@@ -70,7 +112,7 @@ pub(super) async fn finish(
     }
 }
 
-/// Fails a job and its scene; the event about it carries the diagnosis, if there is one.
+/// Fails a job and what it works on; the event about it carries the diagnosis, if there is one.
 pub(super) async fn fail(
     connection: &mut AnyConnection,
     job_id: &JobId,
@@ -81,16 +123,8 @@ pub(super) async fn fail(
 ) -> Result<JobState, StoreError> {
     let state = move_job(connection, job_id, event, now_ms).await?;
     if state == JobState::Failed {
-        sqlx::query(
-            "UPDATE jobs SET failure_class = $1, failure_code = $2, failure_message = $3 WHERE id = $4",
-        )
-        .bind(failure.class.as_str())
-        .bind(&failure.code)
-        .bind(&failure.message)
-        .bind(job_id.as_str())
-        .execute(&mut *connection)
-        .await?;
-        scene_failed(connection, job_id, &failure.code, &failure.message, now_ms).await?;
+        record_failure(connection, job_id, failure).await?;
+        subject_failed(connection, job_id, &failure.code, &failure.message, now_ms).await?;
         let mut data = json!(failure);
         if let Some(diagnosis) = diagnosis {
             data["diagnosis"] = diagnosis;
@@ -100,23 +134,57 @@ pub(super) async fn fail(
     Ok(state)
 }
 
-/// Marks the scene of a job as failed, unless it has been deleted.
-pub(super) async fn scene_failed(
+async fn record_failure(
+    connection: &mut AnyConnection,
+    job_id: &JobId,
+    failure: &Failure,
+) -> Result<(), StoreError> {
+    sqlx::query("UPDATE jobs SET failure_class = $1, failure_code = $2, failure_message = $3 WHERE id = $4")
+        .bind(failure.class.as_str())
+        .bind(&failure.code)
+        .bind(&failure.message)
+        .bind(job_id.as_str())
+        .execute(connection)
+        .await?;
+    Ok(())
+}
+
+/// Marks the scene, the dataset or the recording of a job as failed. A deleted scene stays as it is.
+pub(super) async fn subject_failed(
     connection: &mut AnyConnection,
     job_id: &JobId,
     code: &str,
     message: &str,
     now_ms: i64,
 ) -> Result<(), StoreError> {
+    let row = sqlx::query("SELECT scene_id, dataset_id, recording_id FROM jobs WHERE id = $1")
+        .bind(job_id.as_str())
+        .fetch_one(&mut *connection)
+        .await?;
+    if row.try_get::<Option<String>, _>("recording_id")?.is_some() {
+        return recordings::fail(connection, job_id, code, message, now_ms).await;
+    }
+    if let Some(id) = database::optional_id(&row, "jobs", "dataset_id")? {
+        return datasets::fail(connection, &id, code, message, now_ms).await;
+    }
     sqlx::query(
         "UPDATE scenes SET state = 'failed', failure_code = $1, failure_message = $2, updated_at = $3
-         WHERE id = (SELECT scene_id FROM jobs WHERE id = $4) AND state = 'pending'",
+         WHERE id = $4 AND state = 'pending'",
     )
     .bind(code)
     .bind(message)
     .bind(now_ms)
-    .bind(job_id.as_str())
+    .bind(row.try_get::<Option<String>, _>("scene_id")?)
     .execute(connection)
     .await?;
+    Ok(())
+}
+
+/// The job has made something that stays: the current attempt is the first one since, and deaths count anew.
+pub(crate) async fn note_progress(connection: &mut AnyConnection, job_id: &JobId) -> Result<(), StoreError> {
+    sqlx::query("UPDATE jobs SET attempt = 1, shared_deaths = 0, lone_deaths = 0 WHERE id = $1")
+        .bind(job_id.as_str())
+        .execute(connection)
+        .await?;
     Ok(())
 }

@@ -78,7 +78,7 @@ async fn requeue(
         .await?;
     let owner: Option<String> = row.try_get("owner")?;
     let owner = owner.unwrap_or_default();
-    let deaths = Deaths::count(connection, Deaths::of(&row)?, &owner, job_id.as_str()).await?;
+    let deaths = Deaths::count(connection, Deaths::of(&row)?, &owner, job_id).await?;
     let Deaths { shared, lone, alone } = deaths;
     let mut diagnosis = json!({ "alone": alone, "shared_deaths": shared, "lone_deaths": lone });
     diagnosis["stages"] = stages_in_progress(connection, job_id).await?;

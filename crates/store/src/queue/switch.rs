@@ -1,10 +1,10 @@
 //! The operator's switch: pauses claiming in every process that works on the database, until it is resumed.
 //!
-//! Paused processes finish the work they hold (jobs, datasets, attempts of recordings) and claim no other. Submissions
+//! Paused processes finish the jobs they hold and claim no other. Submissions
 //! are accepted meanwhile.
 
 use serde::Serialize;
-use sqlx::{AnyConnection, Row};
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::turns;
 use crate::{StoreError, database};
@@ -22,10 +22,11 @@ pub struct QueueStatus {
     pub suspects: i64,
     /// Jobs that a worker holds.
     pub active: i64,
-    /// Workers that hold jobs, datasets or recordings.
+    /// Workers that hold jobs.
     pub workers: i64,
-    /// Freezes and verifications.
+    /// Of the jobs, freezes and verifications.
     pub datasets: BackgroundWork,
+    /// Of the jobs, attempts of recordings and the assembling of their datasets.
     pub recordings: BackgroundWork,
     /// Age of the job that has waited longest, milliseconds.
     pub oldest_ms: Option<i64>,
@@ -33,12 +34,12 @@ pub struct QueueStatus {
     pub poisoned: Vec<String>,
 }
 
-/// Work beside the jobs.
+/// Jobs of one sort.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BackgroundWork {
-    /// That no process works on.
+    /// That no worker holds.
     pub queued: i64,
-    /// That a process works on.
+    /// That a worker holds.
     pub active: i64,
 }
 
@@ -96,29 +97,12 @@ pub(super) async fn status(connection: &mut AnyConnection) -> Result<QueueStatus
             .fetch_one(&mut *connection)
             .await?;
     let workers: i64 = sqlx::query_scalar(
-        "SELECT COUNT(*) FROM (
-             SELECT owner FROM jobs WHERE state IN ('running', 'cancelling') AND owner IS NOT NULL
-             UNION SELECT owner FROM datasets WHERE state = 'running' OR verify_state = 'running'
-             UNION SELECT owner FROM recordings WHERE owner IS NOT NULL
-             UNION SELECT owner FROM recording_attempts WHERE outcome IS NULL AND owner <> '') AS owners",
+        "SELECT COUNT(DISTINCT owner) FROM jobs WHERE state IN ('running', 'cancelling') AND owner IS NOT NULL",
     )
     .fetch_one(&mut *connection)
     .await?;
-    let datasets = background(
-        connection,
-        "SELECT COUNT(CASE WHEN state = 'running' OR verify_state = 'running' THEN 1 END) AS active, COUNT(*) AS unfinished
-         FROM datasets WHERE state IN ('queued', 'running') OR verify_state IN ('queued', 'running')",
-    );
-    let datasets = datasets.await?;
-    let recordings = background(
-        connection,
-        "SELECT COUNT(CASE WHEN owner IS NOT NULL OR EXISTS (
-                    SELECT 1 FROM recording_attempts
-                    WHERE recording_id = recordings.id AND outcome IS NULL AND recording_attempts.owner <> '')
-                THEN 1 END) AS active, COUNT(*) AS unfinished
-         FROM recordings WHERE state IN ('queued', 'running')",
-    );
-    let recordings = recordings.await?;
+    let datasets = background(connection, "dataset_id IS NOT NULL").await?;
+    let recordings = background(connection, "recording_id IS NOT NULL").await?;
     let poisoned = sqlx::query_scalar(
         "SELECT id FROM jobs WHERE failure_code = 'worker_crashed' AND finished_at > $1 ORDER BY id DESC LIMIT 100",
     )
@@ -139,12 +123,16 @@ pub(super) async fn status(connection: &mut AnyConnection) -> Result<QueueStatus
     })
 }
 
+/// The jobs that have not ended and meet a condition.
 async fn background(
     connection: &mut AnyConnection,
-    query: &'static str,
+    condition: &'static str,
 ) -> Result<BackgroundWork, StoreError> {
-    let row = sqlx::query(query).fetch_one(connection).await?;
-    let active: i64 = row.try_get("active")?;
-    let unfinished: i64 = row.try_get("unfinished")?;
-    Ok(BackgroundWork { queued: unfinished - active, active })
+    // Each condition is that of one index.
+    let query = format!(
+        "SELECT (SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND {condition}) AS queued,
+                (SELECT COUNT(*) FROM jobs WHERE state IN ('running', 'cancelling') AND {condition}) AS active"
+    );
+    let row = sqlx::query(AssertSqlSafe(query)).fetch_one(connection).await?;
+    Ok(BackgroundWork { queued: row.try_get("queued")?, active: row.try_get("active")? })
 }

@@ -11,21 +11,67 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use crate::database::Dialect;
 use crate::deaths::IS_SUSPECT;
 use crate::{StoreError, database, deaths};
+use scene::job::JobKind;
 use scene::{JobId, SceneRequest};
 
-/// What a worker of this version may claim at `$1`, with requests of at most the version `$2`.
-const CLAIMABLE: &str = "state = 'queued' AND not_before <= $1 AND request_version <= $2
-    AND kind IN ('generate', 'retry') AND (deadline_at IS NULL OR deadline_at > $1)";
+/// The jobs that a worker claims.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// Jobs of these kinds, in their turn.
+    Kinds(Vec<JobKind>),
+    /// This job, whatever its turn, and also while claiming is paused.
+    Job(JobId),
+}
 
-/// The next job for `owner`, locked; `only` restricts the choice to one job and ignores pauses.
+impl Scope {
+    /// Jobs of every kind.
+    pub fn all() -> Self {
+        Self::Kinds(JobKind::ALL.to_vec())
+    }
+
+    /// The one job, if there is one.
+    pub(super) fn job(&self) -> Option<&JobId> {
+        match self {
+            Self::Kinds(_) => None,
+            Self::Job(id) => Some(id),
+        }
+    }
+
+    /// The condition on the kind of a job.
+    pub(super) fn kinds(&self) -> String {
+        let kinds: &[JobKind] = match self {
+            Self::Kinds(kinds) => kinds,
+            Self::Job(_) => &JobKind::ALL,
+        };
+        let kinds: Vec<String> = kinds.iter().map(|kind| format!("'{}'", kind.as_str())).collect();
+        format!("kind IN ({})", kinds.join(", "))
+    }
+
+    /// The condition on jobs that may be claimed at `$1`, with requests of at most the version `$2`. A job with a key
+    /// waits for an earlier one with the same key.
+    fn condition(&self) -> String {
+        format!(
+            "state = 'queued' AND not_before <= $1 AND request_version <= $2 AND {}
+             AND (deadline_at IS NULL OR deadline_at > $1)
+             AND (exclusive_key IS NULL OR NOT EXISTS (
+                 SELECT 1 FROM jobs AS other
+                 WHERE other.tenant_id = jobs.tenant_id AND other.exclusive_key = jobs.exclusive_key
+                   AND other.id <> jobs.id AND other.state IN ('queued', 'running', 'cancelling')
+                   AND (other.state <> 'queued' OR other.id < jobs.id)))",
+            self.kinds()
+        )
+    }
+}
+
+/// The next job for `owner`, locked.
 pub(super) async fn next_job(
     connection: &mut AnyConnection,
     owner: &str,
-    only: Option<&JobId>,
+    scope: &Scope,
     now_ms: i64,
 ) -> Result<Option<JobId>, StoreError> {
-    if let Some(job_id) = only {
-        return stated_job(connection, job_id, now_ms).await;
+    if let Some(job_id) = scope.job() {
+        return stated_job(connection, scope, job_id, now_ms).await;
     }
     if is_paused(connection).await? {
         return Ok(None);
@@ -34,11 +80,11 @@ pub(super) async fn next_job(
     if hands.are_bound {
         return Ok(None);
     }
-    if let Some(suspect) = suspect(connection, now_ms).await? {
+    if let Some(suspect) = suspect(connection, scope, now_ms).await? {
         if hands.are_empty {
             return Ok(Some(suspect));
         }
-        if deaths::reserve(connection, "jobs", suspect.as_str(), owner, now_ms).await? {
+        if deaths::reserve(connection, &suspect, owner, now_ms).await? {
             return Ok(None);
         }
     }
@@ -46,7 +92,7 @@ pub(super) async fn next_job(
         return Ok(None);
     }
     for tenant in waiting_tenants(connection).await? {
-        if let Some(job_id) = first_of(connection, &tenant, now_ms).await? {
+        if let Some(job_id) = first_of(connection, scope, &tenant, now_ms).await? {
             return Ok(Some(job_id));
         }
     }
@@ -62,12 +108,17 @@ pub(crate) async fn is_paused(connection: &mut AnyConnection) -> Result<bool, St
 }
 
 /// The first job that has to run alone, locked.
-async fn suspect(connection: &mut AnyConnection, now_ms: i64) -> Result<Option<JobId>, StoreError> {
+async fn suspect(
+    connection: &mut AnyConnection,
+    scope: &Scope,
+    now_ms: i64,
+) -> Result<Option<JobId>, StoreError> {
     let lock = Dialect::of(connection).lock_free_rows();
     let query = format!(
         "SELECT id FROM jobs
-         WHERE {CLAIMABLE} AND {IS_SUSPECT}
-         ORDER BY COALESCE(rank_at, created_at), id LIMIT 1 {lock}"
+         WHERE {} AND {IS_SUSPECT}
+         ORDER BY COALESCE(rank_at, created_at), id LIMIT 1 {lock}",
+        scope.condition()
     );
     let id: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
         .bind(now_ms)
@@ -105,14 +156,16 @@ async fn waiting_tenants(connection: &mut AnyConnection) -> Result<Vec<String>, 
 /// The first job of a tenant that need not run alone.
 async fn first_of(
     connection: &mut AnyConnection,
+    scope: &Scope,
     tenant: &str,
     now_ms: i64,
 ) -> Result<Option<JobId>, StoreError> {
     let lock = Dialect::of(connection).lock_free_rows();
     let query = format!(
         "SELECT id FROM jobs
-         WHERE {CLAIMABLE} AND tenant_id = $3 AND shared_deaths + lone_deaths < 2
-         ORDER BY COALESCE(rank_at, created_at), id LIMIT 1 {lock}"
+         WHERE {} AND tenant_id = $3 AND shared_deaths + lone_deaths < 2
+         ORDER BY COALESCE(rank_at, created_at), id LIMIT 1 {lock}",
+        scope.condition()
     );
     let id: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
         .bind(now_ms)
@@ -126,11 +179,12 @@ async fn first_of(
 /// The job itself, if it waits and its time has come.
 async fn stated_job(
     connection: &mut AnyConnection,
+    scope: &Scope,
     job_id: &JobId,
     now_ms: i64,
 ) -> Result<Option<JobId>, StoreError> {
     let lock = Dialect::of(connection).lock_free_rows();
-    let query = format!("SELECT id FROM jobs WHERE {CLAIMABLE} AND id = $3 {lock}");
+    let query = format!("SELECT id FROM jobs WHERE {} AND id = $3 {lock}", scope.condition());
     let id: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
         .bind(now_ms)
         .bind(i64::from(SceneRequest::VERSION))
@@ -138,15 +192,4 @@ async fn stated_job(
         .fetch_optional(connection)
         .await?;
     id.map(|id| database::parse_id(&id, "jobs")).transpose()
-}
-
-#[cfg(test)]
-mod tests {
-    use scene::job::JobKind;
-
-    /// The queries name the kinds as text.
-    #[test]
-    fn every_kind_of_job_is_claimed() {
-        assert_eq!(JobKind::ALL.map(JobKind::as_str), ["generate", "retry"]);
-    }
 }

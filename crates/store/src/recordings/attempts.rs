@@ -5,17 +5,26 @@ use std::collections::BTreeMap;
 use serde_json::{Map, Value, json};
 use sqlx::{AnyConnection, Row};
 
-use super::claim::guard_attempt;
 use super::events::append;
-use super::{AttemptLease, RecordingEventKind, count, stored};
+use super::schedule::{self, Locked};
+use super::{RecordingEventKind, RecordingRow, count, stored};
 use crate::boxed;
-use crate::{Digest, Store, StoreError, database};
-use scene::RecordingId;
+use crate::queue::guard;
+use crate::{Digest, Lease, Store, StoreError, database};
+use scene::{JobId, RecordingId};
 
 /// The outcome of an attempt that succeeded.
 pub(super) const SUCCESS: &str = "success";
 /// How often all attempts are dropped because a process with another identity takes over; more is a dispute.
 const MAX_RESTARTS: i64 = 3;
+
+/// An attempt to be made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AttemptWork {
+    pub recording: RecordingRow,
+    /// From 0.
+    pub number: u64,
+}
 
 /// An attempt that was made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,8 +42,6 @@ pub struct MadeAttempt {
 pub struct KeptAttempt {
     pub number: u64,
     pub made: MadeAttempt,
-    /// How often it was begun, without those that were given back and those whose process died.
-    pub tries: u64,
 }
 
 impl MadeAttempt {
@@ -42,7 +49,7 @@ impl MadeAttempt {
         self.outcome == SUCCESS
     }
 
-    /// What the event of the attempt tells of it.
+    /// Fields of the event of the attempt.
     fn event_fields(&self, number: u64) -> Map<String, Value> {
         let mut fields = Map::new();
         fields.insert("number".to_owned(), json!(number));
@@ -59,21 +66,21 @@ impl MadeAttempt {
 pub enum Begun {
     /// The attempts so far are of the same identity.
     Agreed,
-    /// They were of another; they are dropped, also the one that is claimed.
+    /// They were of another, and are made again.
     Restarted,
-    /// They were of another too often: the recording failed.
-    Failed,
+    /// They were of another too often: the attempts of different processes will never agree.
+    Disputed,
 }
 
 impl Store {
     /// Agrees on what attempts of a recording depend on. Attempts of another version or machine could not be parts of
-    /// one dataset, so those that are there are dropped.
+    /// one dataset, so all but the one of this job are made again.
     ///
     /// # Errors
     ///
-    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    /// [`StoreError::LeaseLost`] if the lease is no longer valid.
     #[boxed]
-    pub async fn begin_recording(&self, lease: &AttemptLease, identity: &str) -> Result<Begun, StoreError> {
+    pub async fn begin_recording(&self, lease: &Lease, identity: &str) -> Result<Begun, StoreError> {
         let (lease, identity) = (lease.clone(), identity.to_owned());
         let begun = self
             .writer
@@ -81,84 +88,18 @@ impl Store {
                 Box::pin(async move { begin(connection, &lease, &identity).await })
             })
             .await?;
-        if begun != Begun::Agreed {
-            self.announce();
+        if begun == Begun::Restarted {
+            // Other processes hold attempts that are none any more.
+            self.announce_cancellation();
         }
         Ok(begun)
-    }
-
-    /// Keeps an attempt whose blob was put.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
-    #[boxed]
-    pub async fn keep_attempt(&self, lease: &AttemptLease, made: MadeAttempt) -> Result<(), StoreError> {
-        let lease = lease.clone();
-        self.writer
-            .write("keep an attempt", move |connection| {
-                Box::pin(async move {
-                    guard_attempt(connection, &lease).await?;
-                    let now = database::now_ms(connection).await?;
-                    sqlx::query(
-                        "UPDATE recording_attempts SET outcome = $1, detail = $2, unit = $3, made_at = $4
-                         WHERE recording_id = $5 AND number = $6",
-                    )
-                    .bind(&made.outcome)
-                    .bind(&made.detail)
-                    .bind(made.unit.as_ref().map(Digest::to_string))
-                    .bind(now)
-                    .bind(lease.id.as_str())
-                    .bind(stored(lease.number))
-                    .execute(&mut *connection)
-                    .await?;
-                    sqlx::query(
-                        "UPDATE recordings SET made = made + 1, successes = successes + $1, shared_deaths = 0, lone_deaths = 0
-                         WHERE id = $2",
-                    )
-                    .bind(i64::from(made.is_success()))
-                    .bind(lease.id.as_str())
-                    .execute(&mut *connection)
-                    .await?;
-                    let fields = made.event_fields(lease.number);
-                    append(connection, &lease.id, now, RecordingEventKind::Attempt, fields).await
-                })
-            })
-            .await?;
-        self.announce();
-        Ok(())
-    }
-
-    /// Ends a recording that cannot be made.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
-    #[boxed]
-    pub async fn fail_recording(
-        &self,
-        lease: &AttemptLease,
-        code: &str,
-        message: &str,
-    ) -> Result<(), StoreError> {
-        let (lease, code, message) = (lease.clone(), code.to_owned(), message.to_owned());
-        self.writer
-            .write("fail a recording", move |connection| {
-                Box::pin(async move {
-                    guard_attempt(connection, &lease).await?;
-                    fail(connection, &lease.id, &code, &message).await
-                })
-            })
-            .await?;
-        self.announce();
-        Ok(())
     }
 
     /// The attempts of a recording that were made, by number. The caller checks the tenant.
     #[boxed]
     pub async fn kept_attempts(&self, id: &RecordingId) -> Result<Vec<KeptAttempt>, StoreError> {
         let rows = sqlx::query(
-            "SELECT number, outcome, detail, unit, tries FROM recording_attempts
+            "SELECT number, outcome, detail, unit FROM recording_attempts
              WHERE recording_id = $1 AND outcome IS NOT NULL ORDER BY number",
         )
         .bind(id.as_str())
@@ -171,7 +112,7 @@ impl Store {
                 detail: row.try_get::<Option<String>, _>("detail")?.unwrap_or_default(),
                 unit: unit.map(|digest| Digest::parse(&digest)).transpose()?,
             };
-            Ok(KeptAttempt { number: count(row, "number")?, made, tries: count(row, "tries")? })
+            Ok(KeptAttempt { number: count(row, "number")?, made })
         });
         kept.collect()
     }
@@ -187,72 +128,108 @@ impl Store {
 const OUTCOMES: &str = "SELECT outcome, COUNT(*) AS attempts FROM recording_attempts
                         WHERE recording_id = $1 AND outcome IS NOT NULL GROUP BY outcome";
 
-async fn begin(
-    connection: &mut AnyConnection,
-    lease: &AttemptLease,
-    identity: &str,
-) -> Result<Begun, StoreError> {
-    let row = guard_attempt(connection, lease).await?;
-    let known: Option<String> = row.try_get("identity")?;
-    let restarts: i64 = row.try_get("restarts")?;
-    let restarted = match known.as_deref() {
+async fn begin(connection: &mut AnyConnection, lease: &Lease, identity: &str) -> Result<Begun, StoreError> {
+    guard(connection, lease).await?;
+    let Locked { recording, number, .. } = schedule::lock(connection, &lease.job_id).await?;
+    match recording.identity.as_deref() {
         Some(known) if known == identity => return Ok(Begun::Agreed),
-        None => false,
-        Some(_) if restarts >= MAX_RESTARTS => {
-            let message = "processes of different versions, or on machines of different types, work on recordings at the \
-                           same time; update all of them, then order it again";
-            fail(connection, &lease.id, "versions_differ", message).await?;
-            return Ok(Begun::Failed);
-        }
-        Some(_) => true,
-    };
-    if restarted {
-        sqlx::query("DELETE FROM recording_attempts WHERE recording_id = $1")
-            .bind(lease.id.as_str())
-            .execute(&mut *connection)
-            .await?;
-        sqlx::query(
-            "UPDATE recordings SET begun = 0, made = 0, successes = 0, tries = 0, restarts = restarts + 1 WHERE id = $1",
-        )
-        .bind(lease.id.as_str())
-        .execute(&mut *connection)
-        .await?;
-        let now = database::now_ms(connection).await?;
-        append(connection, &lease.id, now, RecordingEventKind::Restarted, Map::new()).await?;
+        Some(_) if recording.restarts >= MAX_RESTARTS => return Ok(Begun::Disputed),
+        _ => {}
     }
     sqlx::query("UPDATE recordings SET identity = $1 WHERE id = $2")
         .bind(identity)
-        .bind(lease.id.as_str())
-        .execute(connection)
+        .bind(recording.id.as_str())
+        .execute(&mut *connection)
         .await?;
-    Ok(if restarted { Begun::Restarted } else { Begun::Agreed })
+    if recording.identity.is_none() {
+        return Ok(Begun::Agreed);
+    }
+    let now = database::now_ms(connection).await?;
+    schedule::drop_jobs(connection, &recording.id, Some(&lease.job_id)).await?;
+    drop_attempts(connection, &recording.id).await?;
+    sqlx::query("UPDATE recordings SET made = 0, successes = 0, restarts = restarts + 1 WHERE id = $1")
+        .bind(recording.id.as_str())
+        .execute(&mut *connection)
+        .await?;
+    for other in (0..recording.begun).filter(|other| Some(*other) != number) {
+        schedule::enqueue_attempt(connection, &recording, other, now).await?;
+    }
+    append(connection, &recording.id, now, RecordingEventKind::Restarted, Map::new()).await?;
+    Ok(Begun::Restarted)
 }
 
-/// Ends a recording without a dataset.
-pub(super) async fn fail(
+/// Keeps the attempt of a job that has succeeded, and enqueues what is missing.
+pub(crate) async fn keep(
     connection: &mut AnyConnection,
-    id: &RecordingId,
-    code: &str,
-    message: &str,
+    job_id: &JobId,
+    made: &MadeAttempt,
+    now_ms: i64,
 ) -> Result<(), StoreError> {
-    let outcomes = drop_attempts(connection, id).await?;
-    let now = database::now_ms(connection).await?;
+    let Locked { recording, number, .. } = schedule::lock(connection, job_id).await?;
+    let number = number.ok_or_else(|| super::corrupt(format!("job {job_id} has no number")))?;
     sqlx::query(
-        "UPDATE recordings SET state = 'failed', failure_code = $1, failure_message = $2, summary = $3, finished_at = $4,
-                               owner = NULL, token = NULL, lease_until = 0
-         WHERE id = $5",
+        "INSERT INTO recording_attempts (recording_id, number, outcome, detail, unit, made_at)
+         VALUES ($1, $2, $3, $4, $5, $6)
+         ON CONFLICT (recording_id, number) DO UPDATE
+         SET outcome = excluded.outcome, detail = excluded.detail, unit = excluded.unit, made_at = excluded.made_at",
     )
-    .bind(code)
-    .bind(message)
-    .bind(json!({ "attempts": outcomes }).to_string())
-    .bind(now)
-    .bind(id.as_str())
+    .bind(recording.id.as_str())
+    .bind(stored(number))
+    .bind(&made.outcome)
+    .bind(&made.detail)
+    .bind(made.unit.as_ref().map(Digest::to_string))
+    .bind(now_ms)
     .execute(&mut *connection)
     .await?;
-    super::dataset::drop_dataset(connection, id).await?;
-    let failure = json!({ "code": code, "message": message });
-    let fields = Map::from_iter([("failure".to_owned(), failure)]);
-    append(connection, id, now, RecordingEventKind::Failed, fields).await
+    sqlx::query("UPDATE recordings SET made = made + 1, successes = successes + $1 WHERE id = $2")
+        .bind(i64::from(made.is_success()))
+        .bind(recording.id.as_str())
+        .execute(&mut *connection)
+        .await?;
+    append(connection, &recording.id, now_ms, RecordingEventKind::Attempt, made.event_fields(number)).await?;
+    schedule::enqueue_missing(connection, &recording.id, now_ms).await
+}
+
+/// Has an attempt made again whose episode is lost or damaged; assembling follows again. Whether its episode was lost
+/// less than `max_losses` times; otherwise nothing changes.
+pub(crate) async fn make_again(
+    connection: &mut AnyConnection,
+    id: &RecordingId,
+    number: u64,
+    max_losses: u32,
+    now_ms: i64,
+) -> Result<bool, StoreError> {
+    let recording = schedule::lock_recording(connection, id).await?;
+    let lost = sqlx::query(
+        "SELECT outcome, losses FROM recording_attempts
+         WHERE recording_id = $1 AND number = $2 AND outcome IS NOT NULL",
+    )
+    .bind(id.as_str())
+    .bind(stored(number))
+    .fetch_optional(&mut *connection)
+    .await?;
+    let Some(lost) = lost else { return Ok(true) };
+    if lost.try_get::<i64, _>("losses")? + 1 >= i64::from(max_losses) {
+        return Ok(false);
+    }
+    sqlx::query(
+        "UPDATE recording_attempts
+         SET outcome = NULL, detail = NULL, unit = NULL, made_at = NULL, losses = losses + 1
+         WHERE recording_id = $1 AND number = $2",
+    )
+    .bind(id.as_str())
+    .bind(stored(number))
+    .execute(&mut *connection)
+    .await?;
+    sqlx::query("UPDATE recordings SET made = made - 1, successes = successes - $1 WHERE id = $2")
+        .bind(i64::from(lost.try_get::<String, _>("outcome")? == SUCCESS))
+        .bind(id.as_str())
+        .execute(&mut *connection)
+        .await?;
+    let fields = Map::from_iter([("number".to_owned(), json!(number))]);
+    append(connection, id, now_ms, RecordingEventKind::AttemptLost, fields).await?;
+    schedule::enqueue_attempt(connection, &recording, number, now_ms).await?;
+    Ok(true)
 }
 
 /// Drops the attempts of a recording, so that a sweep takes their blobs; how often they ended how.

@@ -2,16 +2,13 @@
 //! sweep takes them.
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
 use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, Row};
 
-use super::attempts::{drop_attempts, fail};
-use super::claim::guard_assembly;
-use super::events::append;
-use super::{AssemblyLease, RecordingEventKind, RecordingFile, corrupt, count, stored};
+use super::{RecordingFile, corrupt, count, stored};
 use crate::boxed;
-use crate::{Digest, Store, StoreError, database};
+use crate::queue::guard;
+use crate::{Digest, Lease, Store, StoreError, database};
 use scene::RecordingId;
 
 /// A format of a dataset: a tar archive, as the parts it is stored in.
@@ -40,15 +37,15 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    /// [`StoreError::LeaseLost`] if the lease is no longer valid.
     #[boxed]
-    pub async fn begin_assembly(&self, lease: &AssemblyLease) -> Result<(), StoreError> {
+    pub async fn begin_assembly(&self, lease: &Lease) -> Result<(), StoreError> {
         let lease = lease.clone();
         self.writer
             .write("begin to assemble", move |connection| {
                 Box::pin(async move {
-                    guard_assembly(connection, &lease).await?;
-                    drop_dataset(connection, &lease.id).await
+                    let id = assembled(connection, &lease).await?;
+                    drop_dataset(connection, &id).await
                 })
             })
             .await
@@ -58,11 +55,11 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    /// [`StoreError::LeaseLost`] if the lease is no longer valid.
     #[boxed]
     pub async fn record_recording_archive(
         &self,
-        lease: &AssemblyLease,
+        lease: &Lease,
         archive: RecordingArchive,
     ) -> Result<(), StoreError> {
         let lease = lease.clone();
@@ -70,7 +67,7 @@ impl Store {
         self.writer
             .write("record an archive of a recording", move |connection| {
                 Box::pin(async move {
-                    guard_assembly(connection, &lease).await?;
+                    let id = assembled(connection, &lease).await?;
                     sqlx::query(
                         "INSERT INTO recording_archives (recording_id, format, digest, size, files, parts)
                          VALUES ($1, $2, $3, $4, $5, $6)
@@ -78,7 +75,7 @@ impl Store {
                          SET digest = excluded.digest, size = excluded.size, files = excluded.files,
                              parts = excluded.parts",
                     )
-                    .bind(lease.id.as_str())
+                    .bind(id.as_str())
                     .bind(&archive.format)
                     .bind(archive.digest.as_ref().map(Digest::to_string))
                     .bind(stored(archive.size))
@@ -96,11 +93,11 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
+    /// [`StoreError::LeaseLost`] if the lease is no longer valid.
     #[boxed]
     pub async fn record_recording_files(
         &self,
-        lease: &AssemblyLease,
+        lease: &Lease,
         first_place: u64,
         files: Vec<RecordingFile>,
     ) -> Result<(), StoreError> {
@@ -108,13 +105,13 @@ impl Store {
         self.writer
             .write("record files of a recording", move |connection| {
                 Box::pin(async move {
-                    guard_assembly(connection, &lease).await?;
+                    let id = assembled(connection, &lease).await?;
                     for (place, file) in (first_place..).zip(&files) {
                         sqlx::query(
                             "INSERT INTO recording_files (recording_id, place, path, digest, start, size)
                              VALUES ($1, $2, $3, $4, $5, $6)",
                         )
-                        .bind(lease.id.as_str())
+                        .bind(id.as_str())
                         .bind(stored(place))
                         .bind(&file.path)
                         .bind(file.digest.as_str())
@@ -129,63 +126,6 @@ impl Store {
             .await
     }
 
-    /// Ends a recording whose files are recorded, with a summary as JSON. Its attempts are dropped.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
-    #[boxed]
-    pub async fn finish_recording(&self, lease: &AssemblyLease, summary: Value) -> Result<(), StoreError> {
-        let lease = lease.clone();
-        self.writer
-            .write("finish a recording", move |connection| {
-                Box::pin(async move {
-                    guard_assembly(connection, &lease).await?;
-                    drop_attempts(connection, &lease.id).await?;
-                    let now = database::now_ms(connection).await?;
-                    sqlx::query(
-                        "UPDATE recordings SET state = 'finished', summary = $1, finished_at = $2, owner = NULL,
-                                               token = NULL, lease_until = 0
-                         WHERE id = $3",
-                    )
-                    .bind(summary.to_string())
-                    .bind(now)
-                    .bind(lease.id.as_str())
-                    .execute(&mut *connection)
-                    .await?;
-                    append(connection, &lease.id, now, RecordingEventKind::Finished, Map::new()).await
-                })
-            })
-            .await?;
-        self.announce();
-        Ok(())
-    }
-
-    /// Ends a recording that has no dataset, as too few attempts succeeded.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::RecordingLeaseLost`] if the lease is no longer valid.
-    #[boxed]
-    pub async fn fail_assembly(
-        &self,
-        lease: &AssemblyLease,
-        code: &str,
-        message: &str,
-    ) -> Result<(), StoreError> {
-        let (lease, code, message) = (lease.clone(), code.to_owned(), message.to_owned());
-        self.writer
-            .write("fail a recording", move |connection| {
-                Box::pin(async move {
-                    guard_assembly(connection, &lease).await?;
-                    fail(connection, &lease.id, &code, &message).await
-                })
-            })
-            .await?;
-        self.announce();
-        Ok(())
-    }
-
     /// The archives of a recording, by format. The caller checks the tenant, and that it is finished.
     #[boxed]
     pub async fn recording_archives(&self, id: &RecordingId) -> Result<Vec<RecordingArchive>, StoreError> {
@@ -195,6 +135,16 @@ impl Store {
             .await?;
         rows.iter().map(archive_of).collect()
     }
+}
+
+/// The recording whose dataset a job assembles; fails unless the lease is still valid.
+async fn assembled(connection: &mut AnyConnection, lease: &Lease) -> Result<RecordingId, StoreError> {
+    guard(connection, lease).await?;
+    let row = sqlx::query("SELECT recording_id FROM jobs WHERE id = $1")
+        .bind(lease.job_id.as_str())
+        .fetch_one(connection)
+        .await?;
+    database::id(&row, "jobs", "recording_id")
 }
 
 /// Drops files and archives.

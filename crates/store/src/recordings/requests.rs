@@ -1,12 +1,12 @@
 //! Requests of clients: to record demonstrations, and to stop that.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use uuid::Uuid;
 
-use super::attempts::drop_attempts;
 use super::events::append;
-use super::{RecordingEventKind, RecordingState, stored};
+use super::schedule::enqueue_missing;
+use super::{RecordingEventKind, RecordingState, ending, stored};
 use crate::boxed;
 use crate::database::Dialect;
 use crate::{Digest, Store, StoreError, database};
@@ -60,7 +60,7 @@ impl Store {
         Ok(submitted)
     }
 
-    /// Cancels a recording that has not ended. Attempts that are being made are dropped when they are finished.
+    /// Cancels a recording that has not ended. Attempts that are being made lose their leases.
     #[boxed]
     pub async fn cancel_recording(
         &self,
@@ -74,7 +74,7 @@ impl Store {
                 Box::pin(async move { cancel(connection, &tenant_id, &id).await })
             })
             .await?;
-        self.announce();
+        self.announce_cancellation();
         Ok(outcome)
     }
 }
@@ -120,6 +120,7 @@ async fn submit(
     .execute(&mut *connection)
     .await?;
     append(connection, &id, now, RecordingEventKind::Queued, Map::new()).await?;
+    enqueue_missing(connection, &id, now).await?;
     Ok(SubmitRecordingOutcome::Created(id))
 }
 
@@ -141,18 +142,7 @@ async fn cancel(
     if state.is_final() {
         return Ok(CancelRecordingOutcome::TooLate(state));
     }
-    let outcomes = drop_attempts(connection, id).await?;
     let now = database::now_ms(connection).await?;
-    sqlx::query(
-        "UPDATE recordings SET state = 'cancelled', summary = $1, finished_at = $2, owner = NULL, token = NULL
-         WHERE id = $3",
-    )
-    .bind(json!({ "attempts": outcomes }).to_string())
-    .bind(now)
-    .bind(id.as_str())
-    .execute(&mut *connection)
-    .await?;
-    super::dataset::drop_dataset(connection, id).await?;
-    append(connection, id, now, RecordingEventKind::Cancelled, Map::new()).await?;
+    ending::cancel(connection, id, None, now).await?;
     Ok(CancelRecordingOutcome::Accepted)
 }

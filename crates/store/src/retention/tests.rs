@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::super::artifacts::{ArchiveRow, BuiltScene, FileRow};
 use super::super::checkpoints::{Checkpoint, StageKey};
-use super::super::queue::AttemptOutcome;
+use super::super::queue::{AttemptOutcome, Scope};
 use super::super::scenes::{NewScene, SubmitOutcome};
 use super::super::{BlobPlace, DEFAULT_TENANT, DatabaseAddress, Intent, Settings};
 use super::*;
@@ -116,7 +116,8 @@ async fn stage(store: &Store, lease: &super::super::Lease, key: &str) -> (StageK
 /// A finished scene with these stages and a bundle of its own.
 async fn built(store: &Store, stages: &[&str], passed: bool) -> SceneId {
     let (scene_id, job_id) = submitted(store, json!({ "seed": 1 })).await;
-    let claim = store.claim("worker", Duration::from_secs(60), 3, Some(&job_id)).await.expect("claims");
+    let claim =
+        store.claim("worker", Duration::from_secs(60), 3, &Scope::Job(job_id.clone())).await.expect("claims");
     let lease = claim.expect("a job").lease;
     for key in stages {
         stage(store, &lease, key).await;
@@ -214,7 +215,8 @@ async fn young_blobs_and_those_of_active_jobs_stay((_directory, store): Opened) 
     assert!(store.blobs().contains(&unreferenced).await.expect("answers"));
 
     let (scene_id, job_id) = submitted(&store, json!({})).await;
-    let claim = store.claim("worker", Duration::from_secs(60), 3, Some(&job_id)).await.expect("claims");
+    let claim =
+        store.claim("worker", Duration::from_secs(60), 3, &Scope::Job(job_id.clone())).await.expect("claims");
     let lease = claim.expect("a job").lease;
     stage(&store, &lease, "alpha").await;
     store.delete_scene(&DEFAULT_TENANT, &scene_id).await.expect("deletes");
@@ -279,7 +281,8 @@ async fn the_image_of_a_request_stays_with_its_scene((_directory, store): Opened
 async fn a_checkpoint_that_was_removed_is_not_reused((_directory, store): Opened) {
     let first = built(&store, &["alpha"], true).await;
     let (_, job_id) = submitted(&store, json!({})).await;
-    let claim = store.claim("worker", Duration::from_secs(60), 3, Some(&job_id)).await.expect("claims");
+    let claim =
+        store.claim("worker", Duration::from_secs(60), 3, &Scope::Job(job_id.clone())).await.expect("claims");
     let lease = claim.expect("a job").lease;
     let stage = StageKey {
         tenant_id: DEFAULT_TENANT.clone(),
@@ -360,7 +363,8 @@ async fn the_database_shrinks_with_its_scenes((directory, store): Opened) {
 
 async fn checkpoints_that_no_job_names_go((_directory, store): Opened) {
     let (_, job_id) = submitted(&store, json!({})).await;
-    let claim = store.claim("worker", Duration::from_secs(60), 3, Some(&job_id)).await.expect("claims");
+    let claim =
+        store.claim("worker", Duration::from_secs(60), 3, &Scope::Job(job_id.clone())).await.expect("claims");
     let lease = claim.expect("a job").lease;
     let (known, checkpoint) = stage(&store, &lease, "alpha").await;
     // The same stage with another key, as after an upgrade; its artifact is another too.

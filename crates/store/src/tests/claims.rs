@@ -31,7 +31,7 @@ pub(super) async fn jobs_are_claimed_oldest_first_and_once_each(place: Place) {
         .map(|index| {
             let store = place.handle(index);
             let owner = format!("worker {index}");
-            tokio::spawn(async move { store.claim(&owner, Duration::from_secs(60), 3, None).await })
+            tokio::spawn(async move { store.claim(&owner, Duration::from_secs(60), 3, &Scope::all()).await })
         })
         .collect();
     let mut taken = BTreeSet::new();
@@ -42,7 +42,7 @@ pub(super) async fn jobs_are_claimed_oldest_first_and_once_each(place: Place) {
     }
     // A claim that finds every free row locked by others returns nothing.
     while let Some(claim) =
-        place.store().claim("last", Duration::from_secs(60), 3, None).await.expect("claims")
+        place.store().claim("last", Duration::from_secs(60), 3, &Scope::all()).await.expect("claims")
     {
         assert!(taken.insert(claim.lease.job_id.clone()), "claimed twice");
     }
@@ -52,17 +52,25 @@ pub(super) async fn jobs_are_claimed_oldest_first_and_once_each(place: Place) {
 pub(super) async fn a_claim_may_be_restricted_to_one_job(place: Place) {
     let store = place.store();
     let (first, second) = (submitted(store).await.1, submitted(store).await.1);
-    let claim = store.claim("w", Duration::from_secs(60), 3, Some(&second)).await.expect("claims");
+    let claim =
+        store.claim("w", Duration::from_secs(60), 3, &Scope::Job(second.clone())).await.expect("claims");
     assert_eq!(claim.expect("a job").lease.job_id, second);
-    assert_eq!(store.claim("w", Duration::from_secs(60), 3, Some(&second)).await.expect("claims"), None);
+    assert_eq!(
+        store.claim("w", Duration::from_secs(60), 3, &Scope::Job(second.clone())).await.expect("claims"),
+        None
+    );
     assert_eq!(state(store, &first).await, JobState::Queued);
 }
 
 pub(super) async fn an_expired_lease_is_claimed_again_with_the_next_epoch(place: Place) {
     let (first, second) = (place.handle(0), place.handle(1));
     submitted(&first).await;
-    let dead = first.claim("dead", Duration::ZERO, 3, None).await.expect("claims").expect("a job");
-    let heir = second.claim("heir", Duration::from_secs(60), 3, None).await.expect("claims").expect("a job");
+    let dead = first.claim("dead", Duration::ZERO, 3, &Scope::all()).await.expect("claims").expect("a job");
+    let heir = second
+        .claim("heir", Duration::from_secs(60), 3, &Scope::all())
+        .await
+        .expect("claims")
+        .expect("a job");
     assert_eq!(heir.lease.job_id, dead.lease.job_id);
     assert_eq!((heir.lease.epoch, heir.attempt), (2, 1), "the death of a worker is no attempt");
     let renewed =
@@ -75,9 +83,9 @@ pub(super) async fn a_job_whose_workers_died_too_often_fails(place: Place) {
     let store = place.store();
     let job = submitted(store).await.1;
     for _ in 0..2 {
-        store.claim("dead", Duration::ZERO, 2, None).await.expect("claims").expect("a job");
+        store.claim("dead", Duration::ZERO, 2, &Scope::all()).await.expect("claims").expect("a job");
     }
-    assert_eq!(store.claim("next", Duration::from_secs(60), 2, None).await.expect("claims"), None);
+    assert_eq!(store.claim("next", Duration::from_secs(60), 2, &Scope::all()).await.expect("claims"), None);
     let job = store.job(&DEFAULT_TENANT, &job).await.expect("reads").expect("is there");
     assert_eq!((job.state, job.failure_code.as_deref()), (JobState::Failed, Some("worker_crashed")));
 }
@@ -108,7 +116,7 @@ pub(super) async fn a_delayed_job_waits(place: Place) {
     submitted(store).await;
     let claim = claimed(store, "w").await;
     store.finish(&claim.lease, retry(Duration::from_millis(300), true)).await.expect("finishes");
-    assert_eq!(store.claim("w", Duration::from_secs(60), 3, None).await.expect("claims"), None);
+    assert_eq!(store.claim("w", Duration::from_secs(60), 3, &Scope::all()).await.expect("claims"), None);
     tokio::time::sleep(Duration::from_millis(320)).await;
     assert_eq!(claimed(store, "w").await.lease.job_id, claim.lease.job_id);
 }

@@ -13,7 +13,8 @@ async fn queued(store: &Store) -> JobId {
 async fn doomed(store: &Store, owner: &str) -> Claim {
     let claim = async {
         loop {
-            if let Some(claim) = store.claim(owner, Duration::ZERO, MAX_DEATHS, None).await.expect("answers")
+            if let Some(claim) =
+                store.claim(owner, Duration::ZERO, MAX_DEATHS, &Scope::all()).await.expect("answers")
             {
                 return claim;
             }
@@ -38,17 +39,21 @@ fn beta() -> StageKey {
 }
 
 async fn claim(store: &Store, owner: &str) -> Option<Claim> {
-    store.claim(owner, Duration::from_secs(60), MAX_DEATHS, None).await.expect("claims")
+    store.claim(owner, Duration::from_secs(60), MAX_DEATHS, &Scope::all()).await.expect("claims")
 }
 
 pub(super) async fn no_job_is_charged_for_a_shared_death(place: Place) {
     let store = place.handle(0);
     let jobs: BTreeSet<JobId> = [queued(&store).await, queued(&store).await].into();
     // The leases of both run out, one after the other, as a claim is later than the other.
-    let first =
-        store.claim("dead", Duration::ZERO, MAX_DEATHS, None).await.expect("answers").expect("answers");
+    let first = store
+        .claim("dead", Duration::ZERO, MAX_DEATHS, &Scope::all())
+        .await
+        .expect("answers")
+        .expect("answers");
     let not_first = other(&jobs, &first);
-    let second = store.claim("dead", Duration::from_millis(300), MAX_DEATHS, Some(&not_first));
+    let scope = Scope::Job(not_first.clone());
+    let second = store.claim("dead", Duration::from_millis(300), MAX_DEATHS, &scope);
     let second = second.await.expect("answers").expect("answers");
     assert_eq!(store.rescue(MAX_DEATHS).await.expect("answers"), 1);
     tokio::time::sleep(Duration::from_millis(400)).await;
@@ -82,7 +87,7 @@ pub(super) async fn after_two_deaths_a_job_runs_alone_until_its_next_checkpoint(
     for owner in ["dead_1", "dead_2"] {
         for job in [&a, &b] {
             store
-                .claim(owner, Duration::from_millis(50), MAX_DEATHS, Some(job))
+                .claim(owner, Duration::from_millis(50), MAX_DEATHS, &Scope::Job(job.clone()))
                 .await
                 .expect("answers")
                 .expect("answers");
@@ -108,12 +113,20 @@ pub(super) async fn a_busy_worker_makes_room_for_a_suspect_while_others_go_on(pl
     let store = place.handle(0);
     let suspect = queued(&store).await;
     for owner in ["dead_1", "dead_2"] {
-        store.claim(owner, Duration::ZERO, 9, Some(&suspect)).await.expect("answers").expect("answers");
+        store
+            .claim(owner, Duration::ZERO, 9, &Scope::Job(suspect.clone()))
+            .await
+            .expect("answers")
+            .expect("answers");
         store.rescue(9).await.expect("answers");
     }
     let (one, two) = (queued(&store).await, queued(&store).await);
     for (owner, job) in [("busy", &one), ("also_busy", &two)] {
-        store.claim(owner, Duration::from_secs(60), 9, Some(job)).await.expect("answers").expect("answers");
+        store
+            .claim(owner, Duration::from_secs(60), 9, &Scope::Job(job.clone()))
+            .await
+            .expect("answers")
+            .expect("answers");
     }
     // The suspect's delay after its second lone death ends.
     let three = queued(&store).await;
@@ -162,7 +175,7 @@ pub(super) async fn a_job_that_is_cancelled_while_its_worker_is_dead_needs_no_wo
     let store = place.handle(0);
     let job = queued(&store).await;
     store
-        .claim("dead", Duration::from_millis(50), MAX_DEATHS, None)
+        .claim("dead", Duration::from_millis(50), MAX_DEATHS, &Scope::all())
         .await
         .expect("answers")
         .expect("answers");

@@ -20,7 +20,8 @@ fn end() -> CallEnd {
 pub(super) async fn a_lost_lease_refuses_every_write(place: Place) {
     let (zombie, heir) = (place.handle(0), place.handle(1));
     submitted(&zombie).await;
-    let lost = zombie.claim("zombie", Duration::ZERO, 3, None).await.expect("claims").expect("a job").lease;
+    let lost =
+        zombie.claim("zombie", Duration::ZERO, 3, &Scope::all()).await.expect("claims").expect("a job").lease;
     claimed(&heir, "heir").await;
     let key = stage("alpha");
     let refused = [
@@ -68,7 +69,8 @@ pub(super) async fn calls_at_once_stay_within_the_budget(place: Place) {
 
 pub(super) async fn calls_of_a_dead_worker_have_an_unknown_outcome(place: Place) {
     let (scene, _) = submitted(place.store()).await;
-    let dead = place.store().claim("dead", Duration::ZERO, 3, None).await.expect("claims").expect("a job");
+    let dead =
+        place.store().claim("dead", Duration::ZERO, 3, &Scope::all()).await.expect("claims").expect("a job");
     let reserved = place.store().reserve_call(&dead.lease, call(10)).await.expect("answers");
     assert!(matches!(reserved, Reservation::Granted(_)));
     let heir = claimed(&place.handle(1), "heir").await;

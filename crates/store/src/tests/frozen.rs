@@ -29,7 +29,8 @@ async fn a_process_that_stops_within_a_transaction_gives_its_jobs_up() {
         let _ = stop.await;
     });
     locked.notified().await;
-    let claim = || heir.claim("heir", Duration::from_secs(60), 3, None);
+    let scope = Scope::all();
+    let claim = || heir.claim("heir", Duration::from_secs(60), 3, &scope);
     assert!(claim().await.expect("answers").is_none(), "its row is locked");
     let claimed = tokio::time::timeout(3 * MAX_SILENCE, async {
         loop {

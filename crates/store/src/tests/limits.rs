@@ -49,7 +49,7 @@ async fn a_locked_table_refuses_reads_writes_and_readiness_in_time() {
         if table == "jobs" {
             is_refused(store.job(&DEFAULT_TENANT, &job), "a read").await;
             is_refused(store.queue_status(), "reads on a connection").await;
-            is_refused(store.claim("a", Duration::from_secs(60), 3, None), "a claim").await;
+            is_refused(store.claim("a", Duration::from_secs(60), 3, &Scope::all()), "a claim").await;
         }
         sqlx::raw_sql("ROLLBACK").execute(&mut operator).await.expect("frees");
         submitted(&store).await;

@@ -2,12 +2,14 @@
 
 use serde_json::Value;
 
-use super::recordings::{assembly, attempt, episode_lost, made, new_recording, submitted, work};
+use super::recordings::{
+    assembly, attempt, attempt_of, episode_lost, keep, made, new_recording, recording, submitted,
+};
 use super::*;
 use crate::events::Event;
+use crate::queue::AttemptOutcome;
 use crate::recordings::{
-    Begun, MadeAttempt, NewRecording, RecordingEventHead, RecordingState, RecordingWork,
-    SubmitRecordingOutcome,
+    Begun, MadeAttempt, NewRecording, RecordingEventHead, RecordingState, SubmitRecordingOutcome,
 };
 use scene::RecordingId;
 
@@ -32,25 +34,24 @@ pub(super) async fn every_change_has_an_event_with_the_progress_after_it(place: 
     let (one, other) = (place.handle(0), place.handle(1));
     let id = submitted(&one, 1, 50).await;
     let slipped = attempt(&one, "a").await;
-    let dead =
-        one.claim_recording("a", Duration::ZERO, MAX_DEATHS).await.expect("answers").expect("there is work");
+    let dead = one.claim("a", Duration::ZERO, MAX_DEATHS, &recording()).await.expect("answers");
+    let dead = attempt_of(dead.expect("there is work"));
     let detail = "the can fell".to_owned();
     let failure = MadeAttempt { outcome: "slipped".into(), detail, unit: None };
-    one.keep_attempt(&slipped, failure).await.expect("keeps");
+    keep(&one, &slipped, failure).await.expect("keeps");
     let taken_over = attempt(&other, "b").await;
-    let RecordingWork::Attempt(dead) = dead.work else { panic!("an attempt") };
-    one.keep_attempt(&dead, made("success")).await.expect_err("the lease is lost, and nothing is told");
-    other.keep_attempt(&taken_over, made("success")).await.expect("keeps");
+    keep(&one, &dead, made("success")).await.expect_err("the lease is lost, and nothing is told");
+    keep(&other, &taken_over, made("success")).await.expect("keeps");
     // Assembling has one event, however often it is begun, and another one after an attempt is lost.
     let given_back = assembly(&one, "a").await;
-    one.release_assembly(&given_back).await.expect("gives back");
+    one.finish(&given_back, AttemptOutcome::Released).await.expect("gives back");
     let lease = assembly(&other, "b").await;
-    other.forget_attempt(&lease, taken_over.number, episode_lost()).await.expect("forgets");
+    other.finish(&lease, episode_lost(taken_over.number)).await.expect("ends");
     let again = attempt(&one, "a").await;
-    one.keep_attempt(&again, made("success")).await.expect("keeps");
+    keep(&one, &again, made("success")).await.expect("keeps");
     let lease = assembly(&other, "b").await;
     other.begin_assembly(&lease).await.expect("begins");
-    other.finish_recording(&lease, json!({ "episodes": 1 })).await.expect("finishes");
+    other.finish(&lease, AttemptOutcome::Assembled(json!({ "episodes": 1 }))).await.expect("finishes");
 
     let all = events(&other, &id).await;
     assert_eq!(events(&one, &id).await, all);
@@ -105,30 +106,34 @@ pub(super) async fn ends_and_new_beginnings_have_events(place: Place) {
     let SubmitRecordingOutcome::Created(id) = submitted_once else { panic!("the key is new") };
     store.submit_recording(keyed()).await.expect("submits");
     let first = attempt(store, "a").await;
-    assert_eq!(store.begin_recording(&first, "old").await.expect("answers"), Begun::Agreed);
-    store.keep_attempt(&first, made("success")).await.expect("keeps");
+    assert_eq!(store.begin_recording(&first.lease, "old").await.expect("answers"), Begun::Agreed);
+    keep(store, &first, made("success")).await.expect("keeps");
     let claimed = attempt(store, "a").await;
-    assert_eq!(store.begin_recording(&claimed, "new").await.expect("answers"), Begun::Restarted);
+    assert_eq!(store.begin_recording(&claimed.lease, "new").await.expect("answers"), Begun::Restarted);
     let open = attempt(store, "a").await;
     store.cancel_recording(&DEFAULT_TENANT, &id).await.expect("cancels");
     store.cancel_recording(&DEFAULT_TENANT, &id).await.expect("answers");
-    store.keep_attempt(&open, made("success")).await.expect_err("it is cancelled");
+    keep(store, &open, made("success")).await.expect_err("it is cancelled");
     let all = events(store, &id).await;
     assert_eq!(kinds(&all), ["queued", "running", "attempt", "restarted", "cancelled"]);
     assert_eq!(all.iter().map(counts).collect::<Vec<_>>(), [(0, 0), (0, 0), (1, 1), (0, 0), (0, 0)]);
 
     let id = submitted(store, 1, 50).await;
     let lease = attempt(store, "a").await;
-    store.fail_recording(&lease, "not_feasible", "too far").await.expect("fails");
+    let failed = |code: &str, message: &str| {
+        let (code, message) = (code.to_owned(), message.to_owned());
+        AttemptOutcome::Failed(Failure { class: FailureClass::Permanent, code, message })
+    };
+    store.finish(&lease.lease, failed("not_feasible", "too far")).await.expect("fails");
     let all = events(store, &id).await;
     assert_eq!(kinds(&all), ["queued", "running", "failed"]);
     assert_eq!(all[2].data["failure"], json!({ "code": "not_feasible", "message": "too far" }));
 
     let id = submitted(store, 9, 1).await;
     let lease = attempt(store, "a").await;
-    store.keep_attempt(&lease, made("no_path")).await.expect("keeps");
+    keep(store, &lease, made("no_path")).await.expect("keeps");
     let lease = assembly(store, "a").await;
-    store.fail_assembly(&lease, "too_few_successes", "0 of 9").await.expect("fails");
+    store.finish(&lease, failed("too_few_successes", "0 of 9")).await.expect("fails");
     let all = events(store, &id).await;
     assert_eq!(kinds(&all), ["queued", "running", "attempt", "assembling", "failed"]);
     assert_eq!(counts(&all[4]), (1, 0));
@@ -146,7 +151,7 @@ pub(super) async fn attempts_kept_at_once_have_events_without_gaps(place: Place)
         .map(|(index, lease)| {
             let store = place.handle(index);
             let outcome = if index % 3 == 0 { "success" } else { "slipped" };
-            tokio::spawn(async move { store.keep_attempt(&lease, made(outcome)).await })
+            tokio::spawn(async move { keep(&store, &lease, made(outcome)).await })
         })
         .collect();
     for kept in kept {
@@ -157,25 +162,4 @@ pub(super) async fn attempts_kept_at_once_have_events_without_gaps(place: Place)
     let attempts: Vec<u64> = all[2..].iter().map(|event| counts(event).0).collect();
     assert_eq!(attempts, (1..=24).collect::<Vec<_>>(), "each tells the progress right after it");
     assert_eq!(counts(&all[25]), (24, 8));
-}
-
-pub(super) async fn claims_announce_what_they_tell_and_nothing_else(place: Place) {
-    let store = place.store();
-    let id = submitted(store, 1, 9).await;
-    let mut changes = store.changes();
-    let mut is_announced = async |claimed: bool| {
-        let work = work(store, "a").await;
-        assert_eq!(work.is_some(), claimed);
-        let changed = changes.has_changed().expect("the store is open");
-        changes.mark_unchanged();
-        (work, changed)
-    };
-    let (first, announced) = is_announced(true).await;
-    assert!(announced, "it begins");
-    assert!(!is_announced(true).await.1, "another attempt is no change of the state");
-    let Some(RecordingWork::Attempt(first)) = first else { panic!("an attempt") };
-    store.keep_attempt(&first, made("success")).await.expect("keeps");
-    assert!(is_announced(false).await.1, "that was the attempt");
-    assert!(!is_announced(false).await.1);
-    assert_eq!(kinds(&events(place.store(), &id).await), ["queued", "running", "attempt"]);
 }

@@ -9,7 +9,7 @@ pub(super) async fn a_claim_lasts_as_long_as_its_jobs_lease(place: Place) {
         submitted(&store).await;
     }
     let one = store
-        .claim("one", Duration::from_millis(300), 9, None)
+        .claim("one", Duration::from_millis(300), 9, &Scope::all())
         .await
         .expect("answers")
         .expect("answers")
@@ -31,7 +31,7 @@ pub(super) async fn a_claim_lasts_as_long_as_its_jobs_lease(place: Place) {
     assert_eq!(store.stage_started(&two, &stage("alpha")).await.expect("answers"), StageStart::Granted);
     // The job's next worker waits in turn, until the stage is given up.
     let heir = store
-        .claim("three", Duration::from_secs(60), 9, Some(&one.job_id))
+        .claim("three", Duration::from_secs(60), 9, &Scope::Job(one.job_id.clone()))
         .await
         .expect("answers")
         .expect("answers")

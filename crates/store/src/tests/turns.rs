@@ -19,7 +19,7 @@ async fn submit(store: &Store, tenant_id: &TenantId, schedule: Schedule) -> JobI
 }
 
 async fn claim(store: &Store, owner: &str) -> Option<Claim> {
-    store.claim(owner, Duration::from_secs(60), 3, None).await.expect("claims")
+    store.claim(owner, Duration::from_secs(60), 3, &Scope::all()).await.expect("claims")
 }
 
 fn tenants<const N: usize>() -> [TenantId; N] {
@@ -151,7 +151,13 @@ pub(super) async fn a_pause_stops_claims_and_nothing_else(place: Place) {
     // Work that is held goes on; so does a worker for one job.
     assert!(store.renew(vec![lease.clone()], Duration::from_secs(60)).await.expect("answers")[0].1.is_some());
     store.finish(&lease, AttemptOutcome::Released).await.expect("answers");
-    assert!(store.claim("worker", Duration::from_secs(60), 3, Some(&held)).await.expect("answers").is_some());
+    assert!(
+        store
+            .claim("worker", Duration::from_secs(60), 3, &Scope::Job(held.clone()))
+            .await
+            .expect("answers")
+            .is_some()
+    );
     store.set_paused(false, "").await.expect("answers");
     assert!(claim(&store, "worker").await.is_some());
     assert_eq!(store.queue_status().await.expect("answers").paused, None);

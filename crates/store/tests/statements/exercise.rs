@@ -13,17 +13,17 @@ use store::batches::{BatchFilter, FeedRules, ItemContent, NewBatch, NewItem, Out
 use store::calls::{CallEnd, NewCall, Reservation};
 use store::checkpoints::{Checkpoint, StageKey};
 use store::datasets::{
-    DatasetFile, DatasetFilter, DatasetState, FreezeResult, FrozenVersion, NewDataset, SubmitDatasetOutcome,
+    DatasetFile, DatasetFilter, DatasetState, FrozenVersion, NewDataset, SubmitDatasetOutcome,
 };
 use store::jobs::JobFilter;
-use store::queue::{AttemptOutcome, Schedule};
+use store::queue::{AttemptOutcome, Schedule, Scope};
 use store::recordings::{
     ArchivePart, MadeAttempt, NewRecording, RecordingArchive, RecordingFile, RecordingFilter, RecordingState,
-    RecordingWork, SubmitRecordingOutcome,
+    SubmitRecordingOutcome,
 };
 use store::retention::RetentionSettings;
 use store::scenes::{NewScene, SceneFilter, SubmitOutcome};
-use store::{DEFAULT_TENANT, Digest, Lease, Setback, Store};
+use store::{DEFAULT_TENANT, Digest, Lease, Store};
 
 const LEASE: Duration = Duration::from_secs(60);
 
@@ -88,8 +88,8 @@ fn failure() -> Failure {
 async fn jobs(store: &Store) -> (SceneId, JobId) {
     let (scene, job) = submitted(store, new_scene(None, Some("key"))).await;
     store.submit(new_scene(None, Some("key"))).await.unwrap();
-    assert!(store.has_work().await.unwrap());
-    let claim = store.claim("worker", LEASE, 3, None).await.unwrap().unwrap();
+    assert!(store.has_work(&Scope::all()).await.unwrap());
+    let claim = store.claim("worker", LEASE, 3, &Scope::all()).await.unwrap().unwrap();
     let lease = claim.lease;
     store.renew(vec![lease.clone()], LEASE).await.unwrap();
     let stage = stages(store, &lease).await;
@@ -101,27 +101,27 @@ async fn jobs(store: &Store) -> (SceneId, JobId) {
     store.finish(&lease, retry).await.unwrap();
     // Its process dies twice, so that it has to run alone.
     for owner in ["dead_1", "dead_2"] {
-        store.claim(owner, Duration::ZERO, 9, None).await.unwrap().unwrap();
+        store.claim(owner, Duration::ZERO, 9, &Scope::all()).await.unwrap().unwrap();
         tokio::time::sleep(Duration::from_millis(5)).await;
         store.rescue(9).await.unwrap();
     }
-    store.claim("busy", LEASE, 9, None).await.unwrap();
+    store.claim("busy", LEASE, 9, &Scope::all()).await.unwrap();
     tokio::time::sleep(Duration::from_millis(1_050)).await;
-    let claim = store.claim("heir", LEASE, 9, Some(&job)).await.unwrap().unwrap();
+    let claim = store.claim("heir", LEASE, 9, &Scope::Job(job.clone())).await.unwrap().unwrap();
     store.finish(&claim.lease, built(true)).await.unwrap();
     store
         .record_archive(&DEFAULT_TENANT, &scene, "usd", ArchiveRow { digest: Digest::of(b"usd"), size: 3 })
         .await
         .unwrap();
     store.rebuild(&DEFAULT_TENANT, &scene).await.unwrap();
-    let claim = store.claim("heir", LEASE, 9, None).await.unwrap().unwrap();
+    let claim = store.claim("heir", LEASE, 9, &Scope::all()).await.unwrap().unwrap();
     store.finish(&claim.lease, built(true)).await.unwrap();
 
     // A child that is cancelled and retried, one that is quarantined, one whose deadline passes.
     let (child, job_of_child) = submitted(store, new_scene(Some(scene.clone()), None)).await;
     store.cancel(&DEFAULT_TENANT, &job_of_child).await.unwrap();
     store.retry(&DEFAULT_TENANT, &job_of_child, None).await.unwrap();
-    let claim = store.claim("heir", LEASE, 9, None).await.unwrap().unwrap();
+    let claim = store.claim("heir", LEASE, 9, &Scope::all()).await.unwrap().unwrap();
     store.finish(&claim.lease, built(false)).await.unwrap();
     store.ancestors(&DEFAULT_TENANT, &child, 9).await.unwrap();
     let late = Schedule { deadline_ms: Some(1), ..Schedule::usual(test_settings::section("queue")) };
@@ -210,6 +210,8 @@ async fn lists(store: &Store, scene: &SceneId, job: &JobId) {
         JobFilter { limit: 9, ..JobFilter::default() },
         page(),
         JobFilter { kind: Some(JobKind::Retry), ..page() },
+        JobFilter { dataset: Some("dataset".parse().unwrap()), ..page() },
+        JobFilter { recording: Some("recording".parse().unwrap()), ..page() },
         JobFilter { scene: Some(scene.clone()), ..page() },
         JobFilter { scene: Some(scene.clone()), state: Some(JobState::Failed), ..page() },
         JobFilter { batch: Some(batch), created_after_ms: Some(0), ..page() },
@@ -258,7 +260,7 @@ async fn batches_of_requests(store: &Store) {
     let rules = || FeedRules { queue: test_settings::section("queue"), window: 1, counts_money: true };
     assert_eq!(store.active_batches().await.unwrap(), std::slice::from_ref(&id));
     store.feed_batch(&id, rules()).await.unwrap();
-    while let Some(claim) = store.claim("heir", LEASE, 9, None).await.unwrap() {
+    while let Some(claim) = store.claim("heir", LEASE, 9, &Scope::all()).await.unwrap() {
         store.finish(&claim.lease, AttemptOutcome::Failed(failure())).await.unwrap();
     }
     store.feed_batch(&id, rules()).await.unwrap();
@@ -277,16 +279,6 @@ async fn batches_of_requests(store: &Store) {
     }
 }
 
-fn setback() -> Setback {
-    Setback {
-        code: "internal_error",
-        message: "m".into(),
-        delay: Duration::ZERO,
-        charged: true,
-        max_attempts: 9,
-    }
-}
-
 async fn datasets(store: &Store) {
     let new = || NewDataset {
         tenant_id: DEFAULT_TENANT.clone(),
@@ -300,14 +292,14 @@ async fn datasets(store: &Store) {
     };
     let id: DatasetId = id;
     store.submit_dataset(new()).await.unwrap();
-    store.claim_dataset("dead", Duration::ZERO, 9).await.unwrap().unwrap();
-    tokio::time::sleep(Duration::from_millis(5)).await;
-    let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
-    store.set_dataset_back(&claim.lease, setback()).await.unwrap();
-    let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
-    store.release_dataset(&claim.lease).await.unwrap();
-    let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
-    store.renew_dataset(&claim.lease, LEASE, (1, 2)).await.unwrap();
+    let scope = Scope::Kinds(vec![JobKind::FreezeDataset, JobKind::VerifyDataset]);
+    let claim = async || store.claim("freezer", LEASE, 9, &scope).await.unwrap().unwrap();
+    let freeze = claim().await;
+    store.cancel(&DEFAULT_TENANT, &freeze.lease.job_id).await.unwrap();
+    store.finish(&freeze.lease, AttemptOutcome::Stopped).await.unwrap();
+    store.retry(&DEFAULT_TENANT, &freeze.lease.job_id, None).await.unwrap();
+    let freeze = claim().await;
+    store.note_dataset_steps(&freeze.lease, (1, 2)).await.unwrap();
     for path in ["one", "stale"] {
         let file = DatasetFile {
             path: path.into(),
@@ -315,14 +307,13 @@ async fn datasets(store: &Store) {
             size: 3,
             media_type: "text/plain".into(),
         };
-        store.record_dataset_file(&claim.lease, file).await.unwrap();
+        store.record_dataset_file(&freeze.lease, file).await.unwrap();
     }
     let version =
         FrozenVersion { version: 1, digest: "d".into(), summary: json!({}), paths: vec!["one".into()] };
-    store.finish_freeze(&claim.lease, FreezeResult::Frozen(version)).await.unwrap();
+    store.finish(&freeze.lease, AttemptOutcome::Frozen(version)).await.unwrap();
     store.verify_dataset(&DEFAULT_TENANT, &id).await.unwrap();
-    let claim = store.claim_dataset("freezer", LEASE, 9).await.unwrap().unwrap();
-    store.finish_verification(&claim.lease, json!({})).await.unwrap();
+    store.finish(&claim().await.lease, AttemptOutcome::Verified(json!({}))).await.unwrap();
     store.dataset(&DEFAULT_TENANT, &id).await.unwrap();
     store.latest_version(&DEFAULT_TENANT, "mugs").await.unwrap();
     store.dataset_files(&id).await.unwrap();
@@ -354,33 +345,27 @@ async fn recordings(store: &Store, scene: &SceneId) {
     };
     let id: RecordingId = ordered("key").await;
     store.submit_recording(new("key")).await.unwrap();
-    let claim = async || store.claim_recording("recorder", LEASE, 9).await.unwrap().unwrap();
-    store.claim_recording("dead", Duration::ZERO, 9).await.unwrap().unwrap();
-    tokio::time::sleep(Duration::from_millis(5)).await;
-    let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
-    store.begin_recording(&attempt, "identity").await.unwrap();
-    store.renew_attempt(&attempt, LEASE).await.unwrap();
-    store.release_attempt(&attempt).await.unwrap();
-    let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
-    store.set_attempt_back(&attempt, setback()).await.unwrap();
-    let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
-    let made =
-        || MadeAttempt { outcome: "success".into(), detail: String::new(), unit: Some(Digest::of(b"unit")) };
-    store.keep_attempt(&attempt, made()).await.unwrap();
+    let scope = Scope::Kinds(vec![JobKind::RecordAttempt, JobKind::AssembleRecording]);
+    let claim = async || store.claim("recorder", LEASE, 9, &scope).await.unwrap().unwrap();
+    let made = || {
+        let unit = Some(Digest::of(b"unit"));
+        AttemptOutcome::Attempted(MadeAttempt { outcome: "success".into(), detail: String::new(), unit })
+    };
+    let (first, second) = (claim().await, claim().await);
+    store.begin_recording(&first.lease, "old").await.unwrap();
+    store.begin_recording(&second.lease, "new").await.unwrap();
+    store.finish(&second.lease, made()).await.unwrap();
     let row = store.recording(&DEFAULT_TENANT, &id).await.unwrap().unwrap();
     store.recording_progress(&row).await.unwrap();
     store.kept_attempts(&id).await.unwrap();
     store.attempt_outcomes(&id).await.unwrap();
-    let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
-    store.forget_attempt(&assembly, attempt.number, setback()).await.unwrap();
-    let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
-    store.keep_attempt(&attempt, made()).await.unwrap();
-    let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
-    store.renew_assembly(&assembly, LEASE).await.unwrap();
-    store.release_assembly(&assembly).await.unwrap();
-    let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
-    store.set_assembly_back(&assembly, setback()).await.unwrap();
-    let RecordingWork::Assembly(assembly) = claim().await.work else { panic!("all are made") };
+    store.finish(&claim().await.lease, made()).await.unwrap();
+    let lost =
+        Failure { class: FailureClass::Transient, code: "episode_lost".into(), message: "lost".into() };
+    let lost = AttemptOutcome::EpisodeLost { number: 0, failure: lost, max_losses: 3 };
+    store.finish(&claim().await.lease, lost).await.unwrap();
+    store.finish(&claim().await.lease, made()).await.unwrap();
+    let assembly = claim().await.lease;
     store.begin_assembly(&assembly).await.unwrap();
     let archive = RecordingArchive {
         format: "robomimic".into(),
@@ -392,7 +377,7 @@ async fn recordings(store: &Store, scene: &SceneId) {
     store.record_recording_archive(&assembly, archive).await.unwrap();
     let recorded = RecordingFile { path: "robomimic/a".into(), digest: Digest::of(b"a"), start: 0, size: 1 };
     store.record_recording_files(&assembly, 0, vec![recorded]).await.unwrap();
-    store.finish_recording(&assembly, json!({})).await.unwrap();
+    store.finish(&assembly, AttemptOutcome::Assembled(json!({}))).await.unwrap();
     store.recording_archives(&id).await.unwrap();
     store.recording_files(&id, Some(0), 9).await.unwrap();
     store.recording_file(&id, "robomimic/a").await.unwrap();
@@ -401,9 +386,12 @@ async fn recordings(store: &Store, scene: &SceneId) {
     let cancelled = ordered("other").await;
     store.cancel_recording(&DEFAULT_TENANT, &cancelled).await.unwrap();
     let failed = ordered("third").await;
-    let RecordingWork::Attempt(attempt) = claim().await.work else { panic!("an attempt") };
-    assert_eq!(attempt.id, failed);
-    store.fail_recording(&attempt, "code", "message").await.unwrap();
+    let failure = Failure { class: FailureClass::Permanent, code: "code".into(), message: "message".into() };
+    store.finish(&claim().await.lease, AttemptOutcome::Failed(failure)).await.unwrap();
+    assert_eq!(
+        store.recording(&DEFAULT_TENANT, &failed).await.unwrap().unwrap().state,
+        RecordingState::Failed
+    );
     let page = || RecordingFilter { limit: 9, before_id: Some(id.clone()), ..RecordingFilter::default() };
     for filter in [
         page(),
@@ -429,7 +417,7 @@ async fn operators(store: &Store) {
 
 /// Deletions, and sweeps that remove all that may go.
 async fn removals(store: &Store, scene: &SceneId) {
-    while let Some(claim) = store.claim("heir", LEASE, 9, None).await.unwrap() {
+    while let Some(claim) = store.claim("heir", LEASE, 9, &Scope::all()).await.unwrap() {
         store.finish(&claim.lease, AttemptOutcome::Stopped).await.unwrap();
     }
     let scenes =

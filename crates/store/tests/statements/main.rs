@@ -116,15 +116,11 @@ fn scans(plan: &[String], partial: &[String]) -> Vec<String> {
 
 /// The judge itself is judged.
 async fn scans_are_recognized(connection: &mut SqliteConnection) {
-    let partial = ["datasets_waiting".to_owned()];
+    let partial = ["jobs_turns".to_owned()];
     for (statement, is_scan) in [
         ("SELECT id FROM scenes WHERE failure_message = 'x'", true),
         ("SELECT id FROM scenes WHERE labels = 'x' ORDER BY id", true),
-        (
-            "SELECT id FROM datasets INDEXED BY datasets_waiting
-             WHERE state IN ('queued', 'running') OR verify_state IN ('queued', 'running')",
-            false,
-        ),
+        ("SELECT id FROM jobs INDEXED BY jobs_turns WHERE state = 'queued'", false),
         ("SELECT id FROM scenes WHERE id = $1", false),
     ] {
         let plan = plan(connection, statement).await;
