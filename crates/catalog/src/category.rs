@@ -63,18 +63,18 @@ pub struct Category {
     pub symmetry_order: u32,
     /// Usual zone on a table.
     pub zone: Zone,
-    /// Its shape, unless a generator of that name builds it.
+    /// Shape of the category, unless a generator of its name builds it.
     #[serde(default)]
     pub shape: Option<Shape>,
 }
 
-/// What an object can be like beside standing upright.
+/// State of an object other than standing upright.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// It can lie on its side without rolling away at once.
+    /// Lying on its side, without rolling away at once.
     Lying,
-    /// It can stand on its rim or top.
+    /// Standing on its rim or top.
     UpsideDown,
     /// The mesh shows it open.
     Open,
@@ -88,9 +88,9 @@ pub enum State {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Affordance {
-    /// Its top can carry other objects.
+    /// Top that can carry other objects.
     Support,
-    /// It can contain other objects.
+    /// Interior that can contain other objects.
     Container,
     /// A parallel gripper can grasp it.
     Graspable,

@@ -51,7 +51,7 @@ pub struct Shape {
     rest_m: f64,
 }
 
-/// Why a shape cannot be built.
+/// Reason why a shape cannot be built.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ShapeError {
     NoParts,

@@ -42,7 +42,7 @@ fn ros(scene: &Scene, paths: UrdfPaths) -> String {
     }
 }
 
-/// How a prop is validated; the validator opens no packages.
+/// Instructions for validating a prop; the validator opens no packages.
 fn validated_prop(form: UsdForm, name: &str) -> String {
     match form {
         UsdForm::Usdz => String::new(),
@@ -86,7 +86,7 @@ object. Every format marks it by `stand_in`, with the noun that was asked for (`
 USD prims and of SDF models (`tabletopgen:stand_in`), and as texts in MJCF (`stand_in_<name>`).
 ";
 
-/// How the robot of the request takes the objects.
+/// Section about the grasps of the request's robot.
 const GRASPS: &str = r#"
 ## Grasps
 
@@ -104,7 +104,7 @@ for o in scene["instances"]:
 ```
 "#;
 
-/// How the ROS 2 package is used.
+/// Section about the use of the ROS 2 package.
 const ROS: &str = "
 ## ROS 2
 

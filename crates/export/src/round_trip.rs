@@ -312,7 +312,7 @@ fn compare_hull(
     }
 }
 
-/// Where a solid's own axes leave it on the positive side, and its center.
+/// Center of a solid, and the points at which its own axes leave it on the positive side.
 fn face_centers(solid: &SimpleSolid) -> [DVec3; 4] {
     let half_m = solid.half_size_m();
     [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z]

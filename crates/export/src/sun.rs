@@ -5,7 +5,7 @@ use scene::Scene;
 
 /// Attributes of the light, as the formats write them.
 pub(crate) struct Sun {
-    /// Where a viewer draws it, meters.
+    /// Position at which a viewer draws the light, meters.
     pub position_m: String,
     /// The way the light travels.
     pub direction: String,

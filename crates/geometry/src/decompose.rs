@@ -93,7 +93,7 @@ pub struct Decomposition {
     pub repair: Repair,
 }
 
-/// Why a mesh was not decomposed.
+/// Failure of a decomposition.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecomposeError {
     #[error("decomposing: no part of the mesh has a convex hull with volume; repair or replace the mesh")]
@@ -213,7 +213,7 @@ impl Subject {
     }
 }
 
-/// How a shell is covered by hulls.
+/// Cover of one shell by convex hulls.
 enum Cover {
     /// By one hull; by none if it is flat.
     Convex(Option<FittedHull>),

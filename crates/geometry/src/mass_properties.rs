@@ -14,7 +14,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::{MassProperties, TexturedMesh};
 
-/// Why mass properties cannot be computed.
+/// Failure to compute mass properties.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MassError {
     #[error(

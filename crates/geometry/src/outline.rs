@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(try_from = "Vec<DVec2>", into = "Vec<DVec2>")]
 pub struct Outline(Vec<DVec2>);
 
-/// Why a list of corners is not an outline.
+/// Reason why a list of corners is not an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OutlineError {
     #[error("an outline needs at least three finite corners")]

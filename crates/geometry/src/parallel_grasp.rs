@@ -63,10 +63,10 @@ const MAX_PAD_GAP_M: f64 = 0.006;
 /// Slopes of closing lines for which the hand tilts, as sines: flatter ones are taken as horizontal, steeper ones not
 /// tried.
 const SLOPES: Range<f64> = 0.1..0.82;
-/// What turning the hand from the vertical by 90 degrees costs, meters of distance from the center of mass.
+/// Cost of turning the hand from the vertical by 90 degrees, meters of distance from the center of mass.
 const TILT_COST_M: f64 = 0.05;
 
-/// What the gaps of both pads cost, times their sum: flat pads on flat parts hold better.
+/// Cost per sum of both pads' gaps, meters per meter: flat pads on flat parts hold better.
 const GAP_COST: f64 = 5.0;
 
 /// The grasp nearest to the center of mass, if any candidate is valid. `friction` is the coefficient between finger and
@@ -138,7 +138,7 @@ fn hands(candidate: &Candidate, approach: Approach) -> Vec<Hand> {
     }
 }
 
-/// What is to be grasped, and with what.
+/// The object to be grasped, the plane below it, and the gripper.
 struct Subject<'a> {
     solid: &'a MeshSolid,
     hulls: Vec<hand::Part<'a>>,

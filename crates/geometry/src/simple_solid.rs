@@ -23,10 +23,10 @@ const ON_SURFACE_M: f64 = 2e-5;
 /// The hull holds the solid made smaller by this share: a prism of 16 sides (1.9 percent inside its circle) is round,
 /// at any size and length; one of 12 sides (3.4 percent) rests on its sides.
 const FACET_SHARE: f64 = 0.02;
-/// How far the solid may stick out of the hull's facets at most, meters.
+/// Maximum distance by which the solid may stick out of the hull's facets, meters.
 const FACET_M: f64 = 1e-3;
-/// How far a squared edge may stick out, as a share of the smallest radius or half side: an eighth of a coin's
-/// thickness.
+/// Maximum distance by which a squared edge may stick out, as a share of the smallest radius or half side: an eighth of
+/// a coin's thickness.
 const EDGE_SHARE: f64 = 0.25;
 /// The hull has at least this share of the solid's volume; corners of a polygon of 32 sides cost 0.6 percent.
 const MIN_VOLUME_SHARE: f64 = 0.95;

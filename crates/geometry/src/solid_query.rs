@@ -31,7 +31,7 @@ pub(crate) struct SolidShell {
     pub outward: bool,
 }
 
-/// Why a mesh bounds no solid.
+/// Reason why a mesh bounds no solid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SolidError {
     #[error("the mesh has no triangle with area, so it bounds no solid; repair or replace it")]
@@ -238,7 +238,7 @@ impl SolidShell {
         odd.count() >= 2
     }
 
-    /// How often a ray crosses the surface.
+    /// Number of times that a ray crosses the surface, at most [`MAX_CROSSINGS`].
     fn crossings(&self, point: DVec3, direction: DVec3) -> usize {
         let (mut from, mut count) = (point, 0);
         while count < MAX_CROSSINGS

@@ -48,7 +48,7 @@ pub enum DeviceChoice {
     Gpu,
 }
 
-/// Why a computation failed on a GPU. The CPU kernels can compute it.
+/// Failure of a computation on a GPU. The CPU kernels can compute the same result.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
     #[error("looking for a GPU: {rejected}; install a Vulkan or OpenGL driver, or set compute.device to cpu")]

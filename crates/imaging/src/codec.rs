@@ -61,7 +61,7 @@ impl DecodeLimits {
     }
 }
 
-/// What the header of an image file declares.
+/// Content of the header of an image file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageHeader {
     pub media_type: &'static str,
@@ -69,7 +69,7 @@ pub struct ImageHeader {
     pub height_px: u32,
 }
 
-/// Why bytes were not decoded as an image.
+/// Reason why bytes were not decoded as an image.
 #[derive(Debug, thiserror::Error)]
 pub enum CodecError {
     #[error("these bytes are no image of an accepted format (PNG, JPEG, WebP)")]

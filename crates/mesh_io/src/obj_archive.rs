@@ -29,7 +29,7 @@ impl Limits {
     const PIXELS: u64 = 128 << 20;
 }
 
-/// Why bytes were not read as a mesh.
+/// Reason why bytes were not read as a mesh.
 #[derive(Debug, thiserror::Error)]
 pub enum ObjArchiveError {
     #[error("not a ZIP archive that can be read: {0}")]

@@ -49,7 +49,7 @@ pub struct CertifySettings {
 }
 
 impl CertifySettings {
-    /// What a body may move and overlap at rest, meters.
+    /// Distance that a body may move, and depth that it may overlap, at rest, meters.
     fn rest_limit_m(&self, body: &Body) -> f64 {
         let corners = body.hulls.iter().flat_map(|hull| &hull.points);
         let (low, high) =
@@ -141,9 +141,9 @@ pub struct Movement {
     pub stable: bool,
     /// Deepest overlap of its hulls with those of another body in the end, meters.
     pub overlap_m: f64,
-    /// What it may move and overlap at rest, meters.
+    /// Distance that the body may move, and depth that it may overlap, at rest, meters.
     pub limit_m: f64,
-    /// It moves, turns and overlaps less than that; true of the fixed bodies.
+    /// Whether it moves, turns and overlaps less than that; true for fixed bodies.
     pub at_rest: bool,
 }
 

@@ -73,7 +73,7 @@ pub struct ResolveSettings {
 pub struct ResolveProblem<'a> {
     /// `world_from_object` is the wanted pose; its height matters little, it is dropped anyway.
     pub bodies: &'a [Body],
-    /// Their visual meshes.
+    /// Visual meshes of the bodies, in the same order.
     pub solids: &'a [&'a MeshSolid],
     /// Supports of all bodies but the table.
     pub supports: &'a SupportTree,
@@ -93,7 +93,7 @@ pub struct ResolvedLayout {
     pub rotations_rad: Vec<f64>,
     /// Rounds it took.
     pub rounds: usize,
-    /// What was done, one sentence each.
+    /// Changes made to the layout, one sentence each.
     pub log: Vec<String>,
 }
 
@@ -156,7 +156,7 @@ struct Fault {
     reason: String,
     /// Moving it toward its supporter's center may help.
     nudge: bool,
-    /// How far it reaches over the table's edge.
+    /// Distance that the body reaches over the table's edge, meters; 0 if it does not.
     over_edge_m: f64,
     /// Keeping more distance from the edge or from others may help.
     needs_space: bool,

@@ -17,7 +17,7 @@ use geometry::collision_shape::{BrokenHull, to_parry};
 /// the known points.
 const RECYCLE_M: f64 = 1e-5;
 
-/// How finely contacts are simulated.
+/// Resolution of the simulation of contacts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactOptions {
     pub steps_per_s: f64,

@@ -56,7 +56,7 @@ pub struct SettledPoses {
     pub simulated_s: f64,
 }
 
-/// Why bodies could not be simulated.
+/// Failure to simulate bodies.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettleError {
     #[error("settling: {0}")]

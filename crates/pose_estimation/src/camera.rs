@@ -206,7 +206,7 @@ fn by_objects(
     }))
 }
 
-/// Where the parabola through the lowest value and its neighbors is lowest, in steps, and the lowest value.
+/// Minimum of the parabola through the lowest value and its neighbors: its position in steps, and the lowest value.
 fn parabola_minimum(values: &[f64]) -> (f64, f64) {
     let mut at = 0;
     for (k, value) in values.iter().enumerate() {

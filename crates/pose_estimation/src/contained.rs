@@ -53,7 +53,7 @@ const SLIM: f64 = 0.9;
 #[derive(Clone, Copy)]
 pub struct ContainedObject<'a> {
     pub shape: &'a CollisionShape,
-    /// Its upright rotation by its yaw alone.
+    /// Rotation of the upright mesh by the object's yaw alone.
     pub upright: DQuat,
     pub seen: BoxFromAbove,
 }

@@ -369,8 +369,8 @@ fn preferred(fine: &SoftComparison, found: &YawSearchResult, settings: &YawSetti
     ColorChoice { yaw_rad, outline_loss: fine.parts(best_rad).0 }
 }
 
-/// How well the best's outline agrees times the best's lead over the best that is a different pose; `poses` begin with
-/// the best.
+/// Confidence in the best yaw, 0..1: agreement of its outline times its lead over the best pose that differs from it.
+/// `poses` (yaw and loss) begin with the best.
 fn confidence(
     outline_loss: f64,
     poses: &[(f64, f64)],

@@ -61,7 +61,8 @@ impl Side {
         best
     }
 
-    /// What is at the upper edge of its view: its top, of the top its back, of the bottom its front.
+    /// Direction of the upper edge of the view, in the object's frame: up in views of the sides, the back in that of
+    /// the top, the front in that of the bottom.
     fn upper_edge(self) -> DVec3 {
         match self {
             Self::Top => DVec3::Y,

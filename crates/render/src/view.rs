@@ -1,4 +1,4 @@
-//! Where the image is taken from.
+//! Camera of an image.
 
 use glam::{DVec2, DVec3};
 

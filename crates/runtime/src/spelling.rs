@@ -1,4 +1,4 @@
-//! How alike two words are spelled.
+//! Edit distance between the spellings of two words.
 
 /// Levenshtein distance in characters.
 ///

@@ -33,7 +33,7 @@ pub struct Certificate {
     /// Ratings and tasks of a vision-language model, if requested. The verdict does not depend on them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub appraisal: Option<Appraisal>,
-    /// What a robot can do in the scene, if one was asked for. The verdict does not depend on it.
+    /// Abilities of a robot in the scene, if the request names one. The verdict does not depend on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<RobotFinding>,
     pub made_with: MadeWith,
@@ -384,19 +384,19 @@ pub struct Collision {
     pub depth_m: f64,
 }
 
-/// What a robot was found to do in a scene, in simulation.
+/// Abilities of a robot in a scene, measured in simulation.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RobotFinding {
     /// As the request names it.
     pub name: String,
     /// Number of objects that are for grippers.
     pub objects: usize,
-    /// How many of them it can pick up where they are: a stable grasp is free of table and neighbors on its way to the
-    /// object and up with it, and the arm makes both motions from some place of its base.
+    /// Number of objects that it can pick up where they are: a stable grasp is free of table and neighbors on its way
+    /// to the object and up with it, and the arm makes both motions from some place of its base.
     pub pickable: usize,
     /// Number of tasks that were proposed, each with objects that it can pick up.
     pub tasks_proposed: usize,
-    /// How many of them it did.
+    /// Number of proposed tasks that it executed successfully.
     pub tasks_done: usize,
     /// The proposed tasks, in the order of their proposal.
     pub tasks: Vec<TaskTried>,

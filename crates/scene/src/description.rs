@@ -77,7 +77,7 @@ pub struct ObjectSpec {
     pub seed: u64,
     /// Whether the text names it; otherwise the theme added it.
     pub requested: bool,
-    /// What it stands in for, where the catalog does not have the object.
+    /// The requested object that this category replaces, where the catalog does not have it.
     #[serde(flatten, with = "crate::stand_in::fields")]
     pub stand_in: Option<StandIn>,
     /// The orientation the text asks for.
@@ -131,9 +131,9 @@ impl Relation {
 pub enum RequestedPose {
     #[default]
     Upright,
-    /// Its vertical axis is horizontal.
+    /// Vertical axis of the object horizontal.
     LyingOnSide,
-    /// Its bottom is on top.
+    /// Bottom of the object on top.
     UpsideDown,
 }
 
@@ -189,9 +189,9 @@ pub enum RelationKind {
     NextTo,
     /// Between the target and the second target.
     Between,
-    /// Its front points to the target.
+    /// Front pointing to the target.
     Facing,
-    /// Its front is parallel to the front of the target.
+    /// Front parallel to the front of the target.
     ParallelTo,
     /// One of several objects distributed around the target.
     Around,

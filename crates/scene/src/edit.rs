@@ -239,7 +239,7 @@ impl EditOperation {
     }
 }
 
-/// What an edit did: part of `scene.json`, the report, and what the API shows of the scene.
+/// Result of an edit: part of `scene.json`, of the report, and of the scene in the API.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EditAccount {
     /// Id of the parent in its `scene.json`.
@@ -257,7 +257,7 @@ pub struct OperationResult {
     pub op: String,
     /// The objects it acted on, by their names in the new scene; removed ones by their names in the parent.
     pub objects: Vec<InstanceId>,
-    /// What was done, in one sentence.
+    /// Change made by the operation, in one sentence.
     pub sentence: String,
 }
 
@@ -268,7 +268,7 @@ pub struct MovedObject {
     /// Of its origin.
     pub distance_m: f64,
     pub angle_rad: f64,
-    /// Why it had to move.
+    /// Reason why the object had to move.
     pub cause: String,
 }
 

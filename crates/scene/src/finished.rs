@@ -28,13 +28,13 @@ pub struct Scene {
     /// The table is not among them.
     pub instances: Vec<Instance>,
     pub metrics: Metrics,
-    /// What was understood of the text, and what was not; `None` for scenes of images.
+    /// Parts of the text that were understood and parts that were not; `None` for scenes of images.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<TextAccount>,
     /// The light, where an edit changed it; without one, that of the usual studio.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light: Option<Light>,
-    /// What an edit did; `None` for a scene that was made from a text or an image.
+    /// Result of the edit; `None` for a scene that was made from a text or an image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edit: Option<EditAccount>,
 }

@@ -22,23 +22,23 @@ pub struct GraspFile {
 pub struct GraspRecord {
     /// The tool when the fingers have closed.
     pub object_from_tool: Pose,
-    /// How far the pads are apart when they hold the object.
+    /// Distance of the pads from each other when they hold the object.
     pub opening_m: f64,
-    /// How far they are apart when the hand approaches.
+    /// Distance of the pads from each other when the hand approaches.
     pub pregrasp_opening_m: f64,
     /// Of each pad, newtons.
     pub force_n: f64,
     /// 0..=1; above 0.5 only if the grasp was stable.
     pub confidence: f64,
     pub verdict: GraspVerdict,
-    /// How far the gripped point moved in the hand while it was shaken; 0 if it was not tried.
+    /// Distance that the gripped point moved in the hand while it was shaken; 0 if it was not tried.
     pub slip_m: f64,
     /// By how much the object turned in the hand from when it was gripped, radians; 0 if it was not tried.
     #[serde(default)]
     pub turn_rad: f64,
 }
 
-/// What the trial of a grasp in simulation said.
+/// Result of the trial of a grasp in simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GraspVerdict {

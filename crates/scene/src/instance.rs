@@ -15,7 +15,7 @@ pub struct Instance {
     pub name: InstanceId,
     pub label: String,
     pub category: String,
-    /// What it stands in for, where the catalog does not have the object.
+    /// The requested object that this instance replaces, where the catalog does not have it.
     #[serde(flatten, with = "crate::stand_in::fields")]
     pub stand_in: Option<StandIn>,
     pub image: ImageRegion,
@@ -39,8 +39,8 @@ pub struct Instance {
     pub hulls: u32,
     /// Path of the visual mesh (GLB) in the bundle.
     pub mesh: String,
-    /// How the robot of the request takes it: only grasps that were stable, the best first. `None` where no robot was
-    /// tried, or the object is not for grippers.
+    /// Grasps of the request's robot that were stable, the best first. `None` where no robot was tried, or the object
+    /// is not for grippers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grasps: Option<GraspFile>,
     pub provenance: Provenance,

@@ -74,21 +74,21 @@ pub enum JobState {
 pub enum JobEvent {
     /// A worker claimed it from the queue.
     Claimed,
-    /// Its worker's lease expired; the job returns to the queue.
+    /// Expiry of the worker's lease; the job returns to the queue.
     Orphaned,
-    /// Its deadline passed while it waited.
+    /// Deadline passed while the job waited.
     DeadlinePassed,
     /// A client requested cancellation.
     CancelRequested,
-    /// Its worker finished the work.
+    /// Work finished by the worker.
     Succeeded,
-    /// Its worker failed permanently.
+    /// Permanent failure in the worker.
     Failed,
-    /// Its worker failed with a retryable error; the job returns to the queue.
+    /// Retryable error in the worker; the job returns to the queue.
     RetryScheduled,
-    /// Its worker is shutting down; the job returns to the queue, and the attempt does not count.
+    /// Shutdown of the worker; the job returns to the queue, and the attempt does not count.
     Released,
-    /// Its worker stopped because of a cancellation.
+    /// Stop of the worker because of a cancellation.
     Stopped,
 }
 
@@ -170,9 +170,9 @@ impl fmt::Display for JobState {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SceneState {
-    /// Its job is queued or running.
+    /// Scene whose job is queued or running.
     Pending,
-    /// Its bundle is ready for use.
+    /// Scene whose bundle is ready for use.
     Ready,
     /// There is no bundle, or its certificate says `quarantine` (code `quarantined`).
     Failed,

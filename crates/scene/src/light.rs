@@ -9,7 +9,7 @@ use crate::validation::{Violation, Violations};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Light {
-    /// Where the light stands: 0 = at the front edge, pi/2 = at +x; -6.3..6.3.
+    /// Direction in which the light stands: 0 = at the front edge, pi/2 = at +x; -6.3..6.3.
     pub azimuth_rad: f64,
     /// Above the horizon, 0.2..1.5.
     pub elevation_rad: f64,

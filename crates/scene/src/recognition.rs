@@ -122,14 +122,14 @@ pub struct RecognizedObject {
     pub category: String,
     /// Typical extents as it stands: width, depth, height; meters.
     pub size_m: DVec3,
-    /// Where it does not stand upright: how its upright mesh is rotated before anything else. `None` if it stands
+    /// Rotation of the upright mesh before anything else, where the object does not stand upright. `None` if it stands
     /// upright, or if the recognition adapter does not know.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tipped: Option<TippedPose>,
     pub color: Option<Rgb>,
     pub material: Option<String>,
     pub seed: u64,
-    /// Its supporter, as inferred from image and text.
+    /// Supporter of the object, inferred from image and text.
     pub stands_on: StandsOn,
     /// Box of its visible part: x0, y0, x1, y1, pixels. `None` if the recognition adapter gives none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -144,7 +144,7 @@ pub struct RecognizedObject {
     /// The mass that a text states; otherwise it follows from volume and substance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// What its category stands in for, where a text asks for an object that the catalog does not have.
+    /// The requested object that this category replaces, where a text asks for one that the catalog does not have.
     #[serde(flatten, with = "crate::stand_in::fields")]
     pub stand_in: Option<StandIn>,
 }

@@ -124,7 +124,7 @@ pub enum Input {
     Image {
         sha256: String,
         media_type: String,
-        /// What the text beside the image says is in it. The image decides where objects are.
+        /// Description of the content, beside the image. The image decides where objects are.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         text: Option<String>,
     },
@@ -192,7 +192,7 @@ pub struct RequestOptions {
     /// Maximum total cost of remote calls, US dollars (0..=[`MAX_BUDGET_USD`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budget_usd: Option<f64>,
-    /// What happens to objects of the text that the catalog does not have.
+    /// Treatment of objects of the text that the catalog does not have.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub on_unknown: Option<OnUnknown>,
     /// Name of a robot that is tried in the finished scene: its grasps of the objects, what it can pick up, and tasks.
@@ -222,6 +222,6 @@ pub enum OnUnknown {
 pub struct MetricAnchor {
     /// An instance label, or `table`.
     pub object: String,
-    /// Its width (x extent as placed in the image), meters.
+    /// Width of the object (x extent as placed in the image), meters.
     pub width_m: f64,
 }

@@ -48,7 +48,7 @@ pub struct TextAccount {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ChangedPart {
     pub span: TextSpan,
-    /// What the operation did, in one sentence.
+    /// Change made by the operation, in one sentence.
     pub by: String,
 }
 
@@ -113,7 +113,7 @@ pub enum UnrecognizedReason {
     OutOfRange,
     /// A property, state or relation that the objects cannot have.
     NotSupported,
-    /// It contradicts an earlier part of the text.
+    /// Contradiction of an earlier part of the text.
     Contradiction,
     /// A reference to an object that the text does not have.
     NoReferent,

@@ -7,7 +7,7 @@ use crate::validation::{Violation, Violations};
 /// Largest number of variants that one request asks for.
 pub const MAX_VARIANTS: u32 = 1000;
 
-/// What differs between a scene and its variants. What a text states of an object (its color, its size, where it is)
+/// Differences between a scene and its variants. What a text states of an object (its color, its size, where it is)
 /// holds in every variant. `{}` varies everything within the usual ranges; a request that names some axes varies only
 /// those.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -105,7 +105,7 @@ impl Randomize {
         }
     }
 
-    /// These axes, or all where none is chosen.
+    /// Returns these axes, or all of the usual ones where none is chosen.
     #[must_use]
     pub fn or_usual(self) -> Self {
         if self == Self::default() { Self::USUAL } else { self }

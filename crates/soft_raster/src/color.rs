@@ -257,7 +257,7 @@ impl<const N: usize> SoftImage<N> {
         &self.planes
     }
 
-    /// Their derivatives by each parameter.
+    /// Derivatives of the channels by each parameter.
     pub fn slopes(&self) -> &[[Vec<f32>; CHANNELS]; N] {
         &self.slopes
     }
@@ -408,7 +408,7 @@ impl<const N: usize> ScreenFace<N> {
         Self { number, from, sides, area, keys: keys.map(|key| key.key), level: 0.0, moves }
     }
 
-    /// Its plane's key at a pixel position.
+    /// Depth key of the face's plane at a pixel position.
     fn key(&self, at: Vec2) -> f32 {
         let ([e1, e2], [k0, k1, k2]) = (self.sides, self.keys);
         let (per_area, d) = (1.0 / self.area, at - self.from);
@@ -416,7 +416,7 @@ impl<const N: usize> ScreenFace<N> {
         k0 + b1 * (k1 - k0) + b2 * (k2 - k0)
     }
 
-    /// Its derivative by one parameter.
+    /// Derivative by one parameter of the depth key of the face's plane.
     fn key_slope(&self, k: usize, at: Vec2) -> f32 {
         self.moves[k].key_slope(self.sides, self.keys, at - self.from, 1.0 / self.area)
     }

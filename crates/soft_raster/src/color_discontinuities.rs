@@ -161,8 +161,9 @@ impl ColorDiscontinuities {
         }
     }
 
-    /// How far along the axis from a pixel center to the next an edge that breaks the color passes, pixels, and how
-    /// that changes: of the triangle's own edges the first that does, then of its neighbors'.
+    /// Distance along the axis from a pixel center to an edge at which the color is discontinuous, pixels, and its
+    /// derivatives: of the triangle's own edges the first that crosses the axis before the next center, then of its
+    /// neighbors'.
     fn crossing<const N: usize>(
         &self,
         surface: &Surface,

@@ -72,7 +72,7 @@ pub const BLOCK_PX: usize = 8;
 pub struct MovingPoint<const N: usize> {
     /// Position, pixels: x to the right, y down.
     pub at_px: [f32; 2],
-    /// Its derivative with respect to each parameter, pixels per unit of the parameter.
+    /// Derivative of the position with respect to each parameter, pixels per unit of the parameter.
     pub slopes: [[f32; 2]; N],
 }
 

@@ -161,7 +161,7 @@ fn load(plane: &[f32], at: usize) -> f32x8 {
     f32x8::from(lanes)
 }
 
-/// Which blocks of a row can have edges; keep it to save allocations.
+/// Blocks of a row that can have edges; keep it to save allocations.
 #[derive(Default)]
 struct NearRow {
     /// In the row, the one above or the one below.

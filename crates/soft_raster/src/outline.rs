@@ -45,7 +45,7 @@ pub struct Outline<const N: usize> {
     inside: InsideCells,
     /// Cells in which triangles are searched.
     open: Vec<bool>,
-    /// Where each vertex lies among the cells.
+    /// Cell of each vertex.
     point_cells: Vec<[i32; 2]>,
     triangles: Bins,
     /// Of each triangle that was entered.
@@ -58,7 +58,7 @@ pub struct LayeredSurface<'a, const N: usize> {
     pub points: &'a [MovingPoint<N>],
     /// Of each triangle.
     pub clockwise: &'a [bool],
-    /// Its layers, of the same image.
+    /// Layers of the surface, of the same image.
     pub fill: &'a Fill,
 }
 
@@ -95,13 +95,13 @@ pub struct Piece<const N: usize> {
 struct ContourEdge<const N: usize> {
     vertices: [u32; 2],
     line: MovingLine<N>,
-    /// Its part in and near the image, shares of the way.
+    /// Part of the edge in and near the image, as shares of its length.
     shown: (f64, f64),
     /// Whether the triangles lie to the left of the way from the first end to the second.
     left: bool,
 }
 
-/// Where one contour edge is crossed by another.
+/// Intersection of two contour edges.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cut {
     /// Number of the edge that is cut, and the share of its way.
@@ -199,7 +199,7 @@ impl<const N: usize> Outline<N> {
         self.lines.finish();
     }
 
-    /// Where contour edges cross, but in cells that are covered.
+    /// Finds intersections of contour edges, except in cells that are covered.
     fn find_cuts(&mut self) {
         self.found.clear();
         for cell in (0..self.lines.cells()).filter(|&cell| !self.inside.covered()[cell]) {

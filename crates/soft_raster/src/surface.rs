@@ -24,7 +24,7 @@ pub(super) const OTHERWISE: [u32; 2] = [u32::MAX; 2];
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
     pub ends: [u32; 2],
-    /// Its triangles: `sides[first..end]`.
+    /// Range of the triangles at the edge: `sides[first..end]`.
     pub first: u32,
     pub end: u32,
 }

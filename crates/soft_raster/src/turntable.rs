@@ -20,7 +20,7 @@ pub struct Turntable {
     pub elevation_rad: f64,
 }
 
-/// What a drawing is compared with.
+/// Images that a drawing is compared with.
 pub struct Planes {
     pub mask: Vec<f32>,
     pub known: Vec<f32>,

@@ -76,7 +76,7 @@ pub(crate) fn encloses(polygon: &[DVec2], p: DVec2) -> bool {
     crossed.count() % 2 == 1
 }
 
-/// Where two lines, each through two points, cross; `None` if (nearly) parallel.
+/// Intersection of two lines, each through two points; `None` if (nearly) parallel.
 pub(crate) fn line_intersection(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> Option<DVec2> {
     let (u, v) = (a.1 - a.0, b.1 - b.0);
     let across = u.perp_dot(v);

@@ -48,7 +48,7 @@ fn synonyms_are_lower_case_and_listed_once() {
     }
 }
 
-/// What a category stands in for has no category of its own.
+/// Nouns that a category stands in for have no category of their own.
 #[test]
 fn categories_stand_in_for_what_the_catalog_lacks() {
     let words = |category: &Category| -> Vec<String> {

@@ -1,4 +1,4 @@
-//! Where the copies of a part are.
+//! Positions of the copies of a part.
 
 use std::f64::consts::TAU;
 
@@ -44,7 +44,7 @@ pub(super) struct Row {
 #[serde(deny_unknown_fields)]
 pub(super) struct Circle {
     count: u32,
-    /// Where the axis is, meters.
+    /// Position of the axis, meters.
     #[serde(default)]
     around: DVec2,
 }

@@ -37,7 +37,7 @@ pub(super) struct Surface {
     transparency: f32,
 }
 
-/// How a color follows from the object's.
+/// Rule by which a color follows from the object's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(try_from = "String")]
 pub(super) enum Tint {

@@ -46,7 +46,7 @@ impl Family {
         Self::Ring,
     ];
 
-    /// Its word in the configuration ("box").
+    /// Name of the family in the configuration ("box").
     pub fn name(self) -> &'static str {
         self.category_name().trim_start_matches("stand_in_")
     }

@@ -22,7 +22,7 @@ const TOY: &str = "toy";
 /// Words that make a toy of what follows.
 const MINIATURES: &[&str] = &["toy ", "model ", "miniature "];
 
-/// What stands in for the nouns of one row.
+/// Stand-in for the nouns of one row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandIn {
     pub family: Family,
@@ -59,7 +59,7 @@ impl StandIn {
     }
 }
 
-/// Why something cannot stand on a table.
+/// Reason why something cannot stand on a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Obstacle {
     /// Larger than a table: vehicles, buildings, furniture, trees.
@@ -75,7 +75,7 @@ pub enum Obstacle {
 }
 
 impl Obstacle {
-    /// Its word in the configuration ("too_large").
+    /// Name of the reason in the configuration ("too_large").
     pub fn name(self) -> &'static str {
         match self {
             Self::TooLarge => "too_large",

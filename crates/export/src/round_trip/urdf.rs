@@ -49,7 +49,7 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
     Ok(scene)
 }
 
-/// How paths begin in the ROS 2 package that the folder is; `None` where it is no package.
+/// Prefix of paths in the ROS 2 package that the folder is; `None` where it is no package.
 pub(super) fn package(files: &Files<'_>) -> ReadResult<Option<String>> {
     let Ok(text) = files.text("urdf/package.xml") else { return Ok(None) };
     Ok(Some(format!("package://{}/", xml_node::parse(text)?.root_element().child("name")?.content())))

@@ -1,4 +1,4 @@
-//! What `report.html` states: checks with measured values and limits, in the terms of the documentation.
+//! Statements of `report.html`: checks with measured values and limits, in the terms of the documentation.
 
 use super::specimen::{settings, specimen, text};
 use crate::*;

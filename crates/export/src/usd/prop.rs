@@ -89,7 +89,7 @@ fn custom_data(scene: &Scene, body: &Body, settings: &ExportSettings) -> Diction
         .with("scene", Value::string(&scene.id))
 }
 
-/// How each simulator's variant set is enabled, as SimReady's metadata describes it.
+/// Variant set of each simulator and the option that enables it, as SimReady's metadata describes them.
 fn simulators(body: &Body) -> Dictionary {
     let prim = Path::prim(&[&body.name]).to_string();
     Simulator::ALL.into_iter().fold(Dictionary::default(), |all, simulator| {
@@ -146,7 +146,7 @@ fn part(body: &Body, group: &FaceGroup) -> Prim {
     prim
 }
 
-/// What all colliders have.
+/// Adds the properties that all colliders have.
 fn completed(mut prim: Prim, body: &str) -> Prim {
     prim.set_uniform("purpose", Value::token("guide"));
     prim.set("physics:collisionEnabled", Value::Bool(true));

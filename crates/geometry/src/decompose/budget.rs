@@ -25,14 +25,14 @@ struct Part {
     faces: Vec<(DVec3, f64)>,
     low: DVec3,
     high: DVec3,
-    /// Its excess over the solid; `None` for a hull merged here.
+    /// Excess volume over the solid; `None` for a hull merged here.
     excess_m: Option<f64>,
 }
 
 /// Known result for a pair of parts.
 #[derive(Clone)]
 enum Pair {
-    /// Their boxes are too far from each other.
+    /// No merge: the boxes of the two parts are too far from each other.
     Apart,
     /// Lower bound of the excess of their common hull, meters.
     Beyond(f64),

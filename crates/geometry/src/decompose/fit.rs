@@ -1,4 +1,4 @@
-//! How well hulls stand for a solid: volumes, distances, and what of its openings they leave open.
+//! Fit of hulls to a solid: volumes, distances, and the share of its openings that stays open.
 //!
 //! Measured at points spread evenly by area or volume in a fixed order, so the same hulls give the same figures: a
 //! distance is exact at its point, and between points (about a hundredth of the size apart) it can be larger.

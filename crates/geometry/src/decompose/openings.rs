@@ -63,7 +63,7 @@ impl Grid {
     }
 }
 
-/// Which points lie in the convex hull and farther than half a step outside the mesh.
+/// Marks the grid points in the convex hull that lie farther than half a step outside the mesh.
 fn free_points(grid: &Grid, wrap: &[(DVec3, f64)], depths: &mut Depths<'_>) -> Vec<bool> {
     let mut free = vec![false; grid.count()];
     for (row, points) in free.chunks_mut(grid.size.x as usize).enumerate() {
@@ -86,7 +86,8 @@ fn free_points(grid: &Grid, wrap: &[(DVec3, f64)], depths: &mut Depths<'_>) -> V
     free
 }
 
-/// Which free points the ball reaches: those that see the outside of the convex hull, and what is next to them.
+/// Marks the free points that the ball reaches: those within [`ENTRANCE_STEPS`] below the convex hull that are no
+/// nearer to the mesh than to the hull, and all free points connected with them.
 fn reached(grid: &Grid, wrap: &[(DVec3, f64)], depths: &mut Depths<'_>, free: &[bool]) -> Vec<bool> {
     let mut reached = vec![false; free.len()];
     let mut open: Vec<usize> = (0..free.len())

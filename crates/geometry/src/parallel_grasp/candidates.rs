@@ -1,4 +1,4 @@
-//! Where a gripper is tried: points of the surface, those nearest to the center of mass first.
+//! Candidate grasp points on the surface, those nearest to the center of mass first.
 //!
 //! First hits of horizontal rays toward the vertical through the center of mass, at shares of the height and a few
 //! depths below the top, where a hand reaches the wall of a vessel; and triangles of the mesh, which find handles.

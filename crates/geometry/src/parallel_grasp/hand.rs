@@ -78,7 +78,8 @@ impl Hand {
         }
     }
 
-    /// What lies in the column between two heights along `up`: disjoint intervals of the closing line, ascending.
+    /// Parts of the object in the column between two heights along `up`, as disjoint intervals of the closing line,
+    /// ascending.
     pub fn spans(&self, parts: &[Part], column: &Column, [from_m, to_m]: [f64; 2]) -> Vec<[f64; 2]> {
         let across_m = column.point_m.dot(self.across);
         let limits = [

@@ -137,7 +137,7 @@ impl Grid {
             .flat_map(move |z| (0..size.y).flat_map(move |y| (0..size.x).map(move |x| IVec3::new(x, y, z))))
     }
 
-    /// Which grid points are inside, without diagonal patterns.
+    /// Marks the grid points inside the surface, and fills diagonal patterns.
     fn inside(&self) -> Vec<bool> {
         let mut inside: Vec<bool> = self.points().map(|p| self.votes(p) > 0).collect();
         loop {
@@ -176,7 +176,8 @@ impl Grid {
             .sum()
     }
 
-    /// Where the surface crosses the grid edge that starts at a point, in steps along the axis from it.
+    /// Crossing of the surface with the grid edge that starts at a point, in steps along the axis from it; 0.5 where no
+    /// ray measured one.
     fn crossing(&self, axis: usize, p: IVec3) -> f64 {
         let here = f64::from(p[axis]);
         let between =

@@ -39,7 +39,7 @@ pub(super) fn facets(hull: &ConvexHull) -> Vec<Facet> {
     facets
 }
 
-/// What the hull may be; each candidate is to be tested.
+/// Boxes, cylinders and spheres that the hull may be, not yet tested.
 pub(super) fn candidates(hull: &ConvexHull, facets: &[Facet]) -> Vec<SimpleSolid> {
     let largest: Vec<DVec3> = facets.iter().take(LARGEST).map(|facet| facet.normal).collect();
     let largest: &[DVec3] = &largest;
@@ -128,7 +128,7 @@ fn sphere(hull: &ConvexHull) -> Option<SimpleSolid> {
 
 /// The outline of a hull as seen along an axis: its circle, and the extent along the axis.
 struct Outline {
-    /// Its z axis is the axis, its x axis points from the center to a corner of the outline.
+    /// Rotation whose z axis is the axis, and whose x axis points from the center to a corner of the outline.
     frame: DQuat,
     /// In that frame.
     center: DVec2,

@@ -28,7 +28,7 @@ impl Limits {
     const PIXELS: u64 = 128 << 20;
 }
 
-/// Why bytes were not read as a mesh.
+/// Reason why bytes were not read as a mesh.
 #[derive(Debug, thiserror::Error)]
 pub enum GltfError {
     #[error("not a binary glTF 2.0 file: {0}")]

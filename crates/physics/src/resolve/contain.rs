@@ -32,8 +32,7 @@ const RELAX_S: f64 = 1.5;
 /// Places tried under gravity before the best one is taken.
 const TRIES: usize = 10;
 
-/// How much worse than an overlap of no depth it is to be carried by nothing, meters: more than any overlap of objects
-/// at rest.
+/// Cost of a body that nothing carries, as a depth of overlap, meters: more than any overlap of objects at rest.
 const UNSUPPORTED_M: f64 = 0.1;
 
 /// Clearance around an object that is slid in below a handle, meters.
@@ -68,7 +67,7 @@ fn rim_and_floor(scene: &Scene, parent: usize, poses: &[Pose]) -> (f64, f64) {
     (high.z, floor)
 }
 
-/// Where a container is open and deep, seen from above: a mug's cup without its handle. World xy, meters.
+/// Open and deep part of a container, seen from above: a mug's cup without its handle. World xy, meters.
 struct Cavity {
     midpoint: DVec2,
     /// Half its extents.
@@ -213,8 +212,8 @@ fn falls_in(scene: &Scene, body: usize, parent: usize, poses: &[Pose], pose: &Po
     ((center - midpoint) / half).length() < 0.6
 }
 
-/// Where the body and what is `yielding` come to rest from `pose` while the others stand still, and the
-/// least support margin among them, meters (negative while something still moves).
+/// Resting poses of the body and of the bodies in `yielding`, starting from `pose`, while the others stand still; and
+/// the least support margin among them, meters (negative while something still moves).
 fn relaxed(
     scene: &Scene,
     body: usize,

@@ -61,7 +61,7 @@ pub struct Descriptor<const N: usize> {
     slopes: [Vec<f64>; N],
 }
 
-/// Which pixels count; as large as the images.
+/// Mask of the pixels that count; as large as the images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownPixels {
     grid: Grid,

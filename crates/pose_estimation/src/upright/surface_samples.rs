@@ -9,7 +9,7 @@ pub const CELLS: usize = 8;
 
 /// A piece of the surface.
 pub struct Sample {
-    /// Its center, from the center of the mesh's box, -0.5..0.5 along each axis.
+    /// Center of the piece, from the center of the mesh's box, -0.5..0.5 along each axis.
     pub in_box: DVec3,
     /// Square of the mesh's own unit of length.
     pub area: f64,

@@ -94,7 +94,8 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// Where the box of the mesh at that yaw fits the mask's; `None` if it reaches behind the camera.
+    /// Position and size in the image at which the box of the mesh at that yaw fits the mask's; `None` if it reaches
+    /// behind the camera.
     pub fn fitted(&self, yaw_rad: f64) -> Option<Place> {
         let (origin, zoom, offset) =
             SCRATCH.with_borrow_mut(|scratch| self.placed(yaw_rad, &mut scratch.pixels))?;

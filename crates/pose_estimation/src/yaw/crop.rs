@@ -27,7 +27,7 @@ pub struct Crop {
     /// Box of the mask in the image, pixels.
     pub low_px: DVec2,
     pub high_px: DVec2,
-    /// Which sides of the box are the object's own and not an occluder's: left, top, right, bottom.
+    /// For left, top, right and bottom: whether this side of the box is the object's own and not an occluder's.
     pub own_sides: [bool; 4],
     /// Crop pixels per image pixel, and the image position in the center of the crop.
     pub scale: f64,

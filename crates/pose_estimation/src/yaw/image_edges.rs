@@ -53,7 +53,7 @@ impl ImageEdges {
         Self { changes: interpolated }
     }
 
-    /// How clear an edge at a pixel is, 0..1, across which colors change in this direction (of any length but 0).
+    /// Clearness of an edge at a pixel, 0..1, across which colors change in this direction (of any length but 0).
     #[inline]
     pub fn clearness(&self, pixel: usize, across: [f32; 2]) -> f32 {
         let ([x, y], [xx, xy, yy]) = (across, self.changes[pixel]);

@@ -25,7 +25,7 @@ pub struct MovingPixel {
 }
 
 impl MovingPixel {
-    /// Its reciprocal depth; the crop does not change it.
+    /// Reciprocal depth of the pixel, with its slope; the crop does not change it.
     pub fn key(&self) -> MovingKey<1> {
         let key = 1.0 / self.depth_m;
         MovingKey { key: key as f32, slopes: [(-self.depth_slope * key * key) as f32] }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct YawSettings {
-    /// How the yaw is searched for.
+    /// Search method.
     pub solver: YawSolver,
     /// Weight of the silhouette term, 0..; the paper's 0.5.
     pub silhouette_weight: f64,
@@ -58,7 +58,7 @@ pub struct YawSettings {
     pub clear_lead: f64,
 }
 
-/// How a yaw is searched for.
+/// Search method of a yaw.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum YawSolver {

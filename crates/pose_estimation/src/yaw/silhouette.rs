@@ -17,8 +17,8 @@ pub struct BitImage {
     side_bits: usize,
     words: usize,
     bits: Vec<u64>,
-    /// Where contour lines cross the rows' centers: of each row the bit from which on a crossing counts, in
-    /// the upper half, and the layers that begin there, above [`NO_LAYERS`].
+    /// Crossings of contour lines with the rows' centers: of each row the bit from which on a crossing counts, in the
+    /// upper half, and the layers that begin there, above [`NO_LAYERS`].
     crossings: Vec<Vec<u32>>,
 }
 

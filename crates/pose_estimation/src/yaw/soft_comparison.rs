@@ -36,7 +36,7 @@ pub struct SoftComparison<'a> {
     comparison: Comparison<'a>,
     surface: Surface,
     sigma_px2: f32,
-    /// Where the image is known.
+    /// Color and edge terms, where the image's content is known.
     appearance: Option<AppearanceTerm>,
 }
 

@@ -86,8 +86,8 @@ impl Edges {
         Some(edges)
     }
 
-    /// Where the row through `py` meets the triangle, and where it is certainly inside, as ranges of pixel centers.
-    /// The tests between the two decide, so both keep a margin above any rounding error.
+    /// Range of pixel centers at which the row through `py` touches the triangle, and the range at which it is
+    /// certainly inside. The tests between the two decide, so both keep a margin above any rounding error.
     fn span(&self, py: f32) -> Span {
         let mut span = Span { touched: (f32::MIN, f32::MAX), inside: (f32::MIN, f32::MAX) };
         for ((sx, sy), (ex, ey)) in self.start.iter().zip(self.extent) {

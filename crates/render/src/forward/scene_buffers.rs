@@ -19,7 +19,7 @@ pub struct SourceTriangle {
     pub object: u32,
     /// Material in the object's mesh.
     pub material: u32,
-    /// Its back face is never visible, see [`shows_no_backs`].
+    /// Whether the back face is never visible, see [`shows_no_backs`].
     pub one_sided: bool,
 }
 

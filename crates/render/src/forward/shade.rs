@@ -44,9 +44,9 @@ pub struct Shader<'a> {
 pub struct StillLight {
     /// Without the key light.
     pub base: Vec3,
-    /// What the key light adds, past everything that does not move.
+    /// Contribution of the key light, past everything that does not move.
     pub key: Vec3,
-    /// Where shadows fall, and with which turn of the sampling pattern.
+    /// Point on which shadows fall; `turn` is the rotation of the sampling pattern there.
     pub point: Vec3A,
     pub flat_normal: Vec3A,
     pub turn: f32,
@@ -328,7 +328,7 @@ impl<'a> Shader<'a> {
         background.top_color.lerp(background.bottom_color, fraction)
     }
 
-    /// Where the ray through a sample position meets the floor of the backdrop.
+    /// Intersection of the ray through a sample position with the floor of the backdrop.
     fn floor_point(&self, lens: &Lens, x: f32, y: f32) -> Option<Vec3A> {
         let floor = self.surroundings.background.floor?;
         let (origin, direction) = lens.ray(x, y);

@@ -23,7 +23,7 @@ pub enum PixelLight<'a, L = Vec3> {
     Uneven(&'a [L]),
 }
 
-/// What shading finds at a sample.
+/// Result of shading at a sample.
 pub trait SampleLight: Copy + Default {
     /// [`Shader::color`] or a form of it.
     fn of_surface(shader: &Shader, s: &Surface, pixel_size_m: f32, turn: f32, nearby: &mut SkyNearby)

@@ -1,4 +1,4 @@
-//! What a camera that does not move sees of what does not move, drawn once for all images of a sequence.
+//! Image of everything that does not move, drawn once for all images of a sequence from a camera that does not move.
 //!
 //! An image then needs the objects that move, drawn over the layer; the light of their pixels; and for the other pixels
 //! the shadows of what moves. Most of those have none, and keep their color.
@@ -35,7 +35,7 @@ struct LitBand {
     rgba: Vec<u8>,
     /// Of all pixels, one after the other: one where they are even, else as many as samples.
     lights: Vec<StillLight>,
-    /// Where the lights of each pixel begin, and the end.
+    /// Index of each pixel's first light, and at the end the number of lights.
     first_light: Vec<u32>,
 }
 

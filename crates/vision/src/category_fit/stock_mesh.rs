@@ -140,7 +140,7 @@ impl StockMesh {
         }
     }
 
-    /// Its outlines from all directions, at about that elevation.
+    /// Outlines of the mesh from all directions, at about this elevation, rendered at the first call.
     pub fn views(&self, elevation_rad: f64) -> &[View] {
         let at = (elevation_rad / ELEVATION_STEP_RAD).floor().clamp(0.0, ELEVATIONS as f64 - 1.0) as usize;
         self.views[at].get_or_init(|| views::around(self, (at as f64 + 0.5) * ELEVATION_STEP_RAD))

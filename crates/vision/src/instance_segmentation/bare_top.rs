@@ -1,4 +1,4 @@
-//! What stands on the table, by the part of its top that shows.
+//! Objects that stand on the table, found by the visible part of its top.
 //!
 //! The predicted outline of the whole top is a guess where objects hide it: chairs behind a table whose edges the
 //! image cuts are taken for objects on it, and the outline then reaches behind them. The class of bare top does not
@@ -49,7 +49,7 @@ const MIN_OUTLINE_PROBABILITY: f64 = 0.93;
 
 /// The bare top.
 pub(super) struct BareTop {
-    /// Its convex hull.
+    /// Convex hull of the cells, in map positions.
     hull: Vec<DVec2>,
     /// For each cell, whether it passes for bare top and is another surface.
     is_other: Vec<bool>,

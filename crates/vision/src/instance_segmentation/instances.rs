@@ -23,7 +23,7 @@ const MARGIN: f64 = 0.085;
 /// An object as the maps show it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DetectedObject {
-    /// Its map cells.
+    /// Map cells of the object.
     pub cells: Vec<usize>,
     /// Map position of the center of its footprint.
     pub base: DVec2,

@@ -1,5 +1,5 @@
-//! What shows on the table and is none of the objects: regions of the class of objects before the bare top that no mask
-//! has, and masks that no primitive fits.
+//! Regions of objects on the table that belong to no found object: those of the class of objects before the bare top
+//! that no mask covers, and masks that no primitive fits.
 //!
 //! A likeness that compares found objects alone is best where little is found; these pixels count as missed.
 

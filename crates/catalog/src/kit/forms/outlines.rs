@@ -6,7 +6,7 @@ use serde::Deserialize;
 use geometry::shapes::{Inflation, prism, slab, smooth};
 use geometry::{Posture, Solid};
 
-/// Where an outline's plane faces.
+/// Orientation of an outline's plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Facing {

@@ -1,4 +1,4 @@
-//! What a robot can do in the scene: counts, and a table with one row per task.
+//! Abilities of a robot in the scene: counts, and a table with one row per task.
 
 use crate::report::html::{Cell, Html};
 use scene::certificate::RobotFinding;

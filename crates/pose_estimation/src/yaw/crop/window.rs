@@ -6,13 +6,13 @@ use imaging::Mask;
 pub struct Axis {
     /// Image pixel from which [`SamplePosition::low`] counts.
     first: i64,
-    /// Those of one crop pixel after those of another.
+    /// Sampling positions, crop pixel by crop pixel.
     footings: Vec<SamplePosition>,
     /// Per crop pixel.
     points: usize,
 }
 
-/// Where a sampling point lies between pixel centers.
+/// A sampling point between two pixel centers.
 #[derive(Clone, Copy)]
 struct SamplePosition {
     /// The pixel before it.

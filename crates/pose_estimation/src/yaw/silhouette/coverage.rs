@@ -1,4 +1,4 @@
-//! How much of each pixel a silhouette covers, and which blocks of pixels are alike.
+//! Share of each pixel that a silhouette covers, and blocks of pixels with equal shares.
 
 use std::ops::Range;
 
