@@ -67,16 +67,16 @@ const ATTEMPTS: usize = 3;
 /// The grasps of objects by their names, best first.
 pub type GraspBook = BTreeMap<String, Vec<Grasp>>;
 
-/// Where a robot stands before it begins.
+/// Initial state of the robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RobotStart {
-    /// Where its base stands; chosen if absent.
+    /// Pose of its base; chosen if absent.
     pub world_from_base: Option<Isometry3<f64>>,
     /// The joints of its arm; the home configuration if absent.
     pub joint_positions: Option<Vec<f64>>,
 }
 
-/// What became of a task.
+/// Result of an executed task.
 #[derive(Clone, Debug, Serialize)]
 pub struct Execution {
     pub robot: String,
@@ -84,9 +84,9 @@ pub struct Execution {
     pub variant: Option<String>,
     pub world_from_base: Pose,
     pub succeeded: bool,
-    /// Why it did not succeed.
+    /// Reason of the failure; `None` if the task succeeded.
     pub failure: Option<Failure>,
-    /// What exactly went wrong, in words.
+    /// Details of the failure, for people.
     pub detail: Option<String>,
     /// The verdicts about the goal's predicates at the end.
     pub predicates: Vec<PredicateOutcome>,
@@ -97,7 +97,7 @@ pub struct Execution {
     pub recording: Recording,
 }
 
-/// Why a task did not succeed. The names are stable.
+/// Reason why a task failed. The names are stable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Failure {
@@ -137,7 +137,7 @@ impl Failure {
 pub struct PickReport {
     pub object: String,
     pub grasp: Grasp,
-    /// How far the gripped point moved in the hand until it was let go, meters.
+    /// Distance that the gripped point moved in the hand until it was let go, meters.
     pub slip_m: f64,
 }
 

@@ -50,16 +50,16 @@ const ENOUGH: usize = 3;
 pub struct Grasp {
     /// The tool when the fingers have closed.
     pub object_from_tool: Pose,
-    /// How far the pads are apart when they hold the object.
+    /// Distance of the pads from each other when they hold the object, meters.
     pub opening_m: f64,
-    /// How far they are apart when the hand approaches.
+    /// Distance of the pads from each other when the hand approaches, meters.
     pub pregrasp_opening_m: f64,
     /// With how much force each pad presses, newtons.
     pub force_n: f64,
     /// 0..=1: the score of the candidate, and above 0.5 only if it was stable.
     pub confidence: f64,
     pub verdict: Verdict,
-    /// How far the gripped point moved in the hand while it was shaken; 0 if it was not tried.
+    /// Distance that the gripped point moved in the hand while it was shaken, meters; 0 if it was not tried.
     pub slip_m: f64,
     /// By how much the object turned in the hand from when it was gripped; 0 if it was not tried.
     pub turn_rad: f64,
@@ -117,7 +117,7 @@ pub fn untested_grasps(
     found.iter().map(|candidate| untested(candidate, robot.gripper().grip_force_n)).collect()
 }
 
-/// Where no grasp was stable: tries the best ones with less force, then candidates of the second search.
+/// Tries the best grasps with less force, then candidates of the second search, where no grasp was stable.
 fn try_more(
     object: &Body,
     robot: &Robot,

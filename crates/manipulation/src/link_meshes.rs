@@ -1,4 +1,4 @@
-//! What is seen of a robot, as meshes: one for each link, in its frame.
+//! Visible parts of a robot as meshes: one for each link, in its frame.
 
 use geometry::shapes::{block, cylinder, sphere};
 use geometry::{DVec3, Material, Pose, Rgb, Solid, TexturedMesh};
@@ -39,7 +39,7 @@ pub fn floor_m(table: &TexturedMesh) -> f64 {
     table.positions.iter().map(|point| point.z).fold(0.0, f64::min)
 }
 
-/// What a base stands on: a column from the floor up, or from the top of the table. Nothing is simulated of it.
+/// Stand of a base: a column from the floor up, or from the top of the table. It is not simulated.
 pub fn stand_mesh(table: &TexturedMesh, world_from_base: &Pose) -> TexturedMesh {
     let mut mesh = TexturedMesh::default();
     let (low, high) = table.bounds();

@@ -38,7 +38,7 @@ pub struct Part {
     pub joint: Option<PartJoint>,
     /// In the frame of the part, which is that of the link its joint carries. `None` for a part without mass.
     pub mass: Option<MassProperties>,
-    /// What collides, in the frame of the part.
+    /// Collision geometry, in the frame of the part.
     pub hulls: Vec<ConvexHull>,
     /// The pads of a finger, which collide too.
     pub pads: Vec<ConvexHull>,

@@ -36,9 +36,8 @@ use crate::mechanism::Mechanism;
 use pad_torsion::PadTorsion;
 use robot_body::{RobotBody, object_groups};
 
-/// What turns with something else keeps its relative pose, and the engine would keep the directions of their contacts
-/// in the world: what a turning hand holds would turn in the hand. The engine computes contacts of colliders with hooks
-/// anew in every step, although there is no hook.
+/// Hook that makes the engine compute contacts anew in every step, although there is nothing to filter. Otherwise it
+/// would keep the directions of contacts in the world: an object that turns with a hand would turn in it.
 const NEVER_RECYCLED: ActiveHooks = ActiveHooks::FILTER_CONTACT_PAIRS;
 /// Objects that turn faster than this are among these, radians per second.
 const TURNING_RAD_S: f64 = 0.01;
@@ -56,7 +55,7 @@ pub struct ManipulationWorld {
     steps: u64,
 }
 
-/// Why a scene cannot be simulated.
+/// Reason why a scene cannot be simulated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WorldError {
     #[error(transparent)]
@@ -218,7 +217,7 @@ impl ManipulationWorld {
         self.robot.velocities(&self.world)
     }
 
-    /// How far the pads are apart.
+    /// Distance of the pads from each other, meters.
     pub fn opening_m(&self) -> f64 {
         self.robot.opening_m(&self.world)
     }
@@ -254,7 +253,7 @@ impl ManipulationWorld {
         contact_forces::finger_forces(&self.world, &self.robot, self.handles[object])
     }
 
-    /// What the robot touches, object by object and part by part, with the normal forces.
+    /// Contacts of the robot, object by object and part by part, with the normal forces.
     pub fn touches(&self) -> Vec<Touch> {
         contact_forces::touches(&self.world, &self.robot, &self.handles)
     }

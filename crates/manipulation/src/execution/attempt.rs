@@ -42,7 +42,7 @@ pub(crate) struct Attempt<'a> {
     /// Predicates that steps have brought about.
     done: Vec<GoalPredicate>,
     pub(super) picks: Vec<PickReport>,
-    /// What exactly went wrong, for people.
+    /// Details of the failure, for people.
     pub(super) detail: Option<String>,
 }
 
@@ -126,7 +126,7 @@ impl<'a> Attempt<'a> {
         Situation { table: &self.motions.scene.outline, start: &self.start, now, contacts }
     }
 
-    /// Where the object of a step may go.
+    /// Poses at which the object of a step may be put down.
     fn places(&self, object: usize, step: &Step) -> Vec<Pose> {
         places(
             self.motions.scene,
@@ -231,7 +231,8 @@ impl<'a> Attempt<'a> {
         Ok(option.clone())
     }
 
-    /// Why no grasp can be used: none can be reached at all, or nothing is free.
+    /// Reason why no grasp can be used: [`Failure::Unreachable`] if the arm reaches none at all, otherwise
+    /// [`Failure::NoPath`].
     fn why_not(&self, world_from_object: &Pose, grasps: &[Grasp]) -> Failure {
         let base_from_world = self.motions.world_from_base.inverse();
         let tools =
@@ -350,7 +351,7 @@ impl<'a> Attempt<'a> {
     }
 }
 
-/// How far an object may fall at the end of a step: into an opening, where hands do not always fit, some way.
+/// Maximum fall of an object at the end of a step, meters; above 0 only into an opening, where hands do not always fit.
 pub(super) fn max_fall_m(step: &Step) -> f64 {
     match step {
         Step::Place { predicates, .. } if predicates.iter().any(|p| p.predicate == PredicateKind::In) => {

@@ -1,4 +1,4 @@
-//! Where the base of an arm stands: at the place from which it reaches all grasps and goals best.
+//! Pose of the base of an arm: the place from which it reaches all grasps and goals best.
 
 use geometry::polygon::convex_hull_2d;
 use geometry::{DVec2, Outline, Pose};
@@ -19,11 +19,11 @@ use crate::link_meshes::STAND_M;
 
 /// Places that are tried lie apart by this share of the reach.
 const SPACING_SHARE: f64 = 0.1;
-/// How far beyond the edge of the table a base may stand, meters.
+/// Maximum distance of a base from the edge of the table, meters.
 const BEYOND_M: f64 = 0.3;
 /// Objects are not nearer to the axis of the base than this share of the reach: 0.2 m for the Panda.
 const CLEAR_SHARE: f64 = 0.185;
-/// What the arm works at is not nearer to its axis than this share of the reach.
+/// Minimum distance of the arm's axis from the objects and places of the task, as a share of the reach.
 const TOO_NEAR_SHARE: f64 = 0.2;
 /// Grasps of each object that are considered, and places where it is put down.
 const GRASPS: usize = 6;
@@ -216,7 +216,7 @@ pub(crate) fn reaches_table(motions: &Motions) -> bool {
     from_table_m(motions.scene, &motions.world_from_base) < reach_m(motions.robot)
 }
 
-/// How far a base stands outside the edge of the table, seen from above; negative on it.
+/// Distance of a base from the edge of the table, seen from above, meters; negative on the table.
 fn from_table_m(scene: &TaskScene, world_from_base: &Isometry3<f64>) -> f64 {
     let at = world_from_base.translation.vector;
     -scene.outline.depth_inside_m(DVec2::new(at.x, at.y))

@@ -1,4 +1,4 @@
-//! What the servo of the gripper is asked for, so that another simulator moves and presses alike.
+//! Targets of the gripper's servo, so that another simulator moves and presses alike.
 //!
 //! The simulated fingers have a speed and a force of their own. A position servo has neither: a target that jumps has
 //! it slam the fingers shut. So the recorded target moves with the wanted speed, and stays as far before the fingers as
@@ -23,7 +23,7 @@ pub(crate) struct FingerCommand {
     speed_m_s: f64,
     force_n: f64,
     max_opening_m: f64,
-    /// How the opening follows the position of the servo's joint.
+    /// Opening per position of the servo's joint, meters per unit of the joint.
     opening_per_position: f64,
     /// By how much the target and the opening differ for each newton of each finger.
     opening_per_n: f64,
@@ -121,7 +121,7 @@ impl FingerCommand {
         self.reference.follow(self.target_m.max(0.0), step_s);
     }
 
-    /// What the pads are asked to be apart; below 0 where thin objects are pressed.
+    /// Target distance of the pads from each other, meters; below 0 where thin objects are pressed.
     pub fn opening_target_m(&self) -> f64 {
         self.target_m
     }

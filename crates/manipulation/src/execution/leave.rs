@@ -1,4 +1,4 @@
-//! How the hand gets away from what it has put down.
+//! Motion of the hand away from an object that it has put down.
 //!
 //! The retreat from a place is as long as the way to a grasp, and passes neighbors closely. Beside tall neighbors the
 //! hand is then still nearer to them than a task allows at its end. So it goes on, straight, until it is far enough:

@@ -50,7 +50,7 @@ pub struct MotionProblem {
 #[derive(Clone, Debug)]
 pub struct PickAndPlace {
     pub object: String,
-    /// What it is put on; `None` for the table.
+    /// Support that the object is put on; `None` for the table.
     pub support: Option<String>,
     /// From home to before the grasp.
     pub transit: MotionProblem,
@@ -58,7 +58,7 @@ pub struct PickAndPlace {
     pub carry: MotionProblem,
 }
 
-/// Why an object gives no problem.
+/// Reason why an object gives no problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NoProblem {
@@ -273,7 +273,7 @@ impl<'a> PickAndPlaces<'a> {
     }
 }
 
-/// That an object rests on another one.
+/// Predicate that an object rests on another one.
 fn on(object: &PosedObject, support: &PosedObject) -> GoalPredicate {
     GoalPredicate {
         predicate: PredicateKind::On,

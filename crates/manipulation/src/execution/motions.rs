@@ -21,8 +21,9 @@ use crate::grasp::{Grasp, HandShape};
 const CONFIGURATIONS: usize = 4;
 /// Held objects touch what they rest on; their way is checked from this far above it, meters.
 const OFF_SUPPORT_M: f64 = 0.004;
-/// Where neighbors leave no more room, each finger comes this close past the object that it will grasp, meters, and no
-/// part of the hand comes closer than the second: servos do not stop exactly where they are asked to.
+/// Reduced clearance where neighbors leave no more room, meters: each finger may pass the object that it will grasp at
+/// this distance, and no part of the hand comes closer than [`NARROW_GAP_M`]; servos do not stop exactly at their
+/// targets.
 const NARROW_M: f64 = 0.003;
 const NARROW_GAP_M: f64 = 0.001;
 
@@ -58,7 +59,7 @@ pub(crate) struct PlaceOption {
     pub released: Pose,
 }
 
-/// What the hand holds.
+/// Object in the hand, and the grip.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HeldObject {
     pub object: usize,
@@ -69,7 +70,7 @@ pub(crate) struct HeldObject {
     pub force_n: f64,
 }
 
-/// Why a motion was not found.
+/// Reason why a motion was not found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum MotionFailure {
     #[error(transparent)]
@@ -123,7 +124,7 @@ impl<'a> Motions<'a> {
         self.reached(object, poses, &narrow.collect::<Vec<_>>(), &neighbors, near)
     }
 
-    /// Those of the grasps that the arm reaches.
+    /// Grasps that the arm reaches, each with its motions.
     fn reached(
         &self,
         object: usize,
@@ -218,13 +219,13 @@ impl<'a> Motions<'a> {
         })
     }
 
-    /// What the straight motions with an object must pass.
+    /// Obstacles of the straight motions with an object.
     pub fn neighbors(&self, object: usize, poses: &[Pose]) -> Neighbors {
         let exact = Surroundings::new(&self.scene.table, &self.scene.objects, poses, &[object]);
         Neighbors { blocks: self.obstacles(poses, &[object]), exact }
     }
 
-    /// How the arm puts what it holds to a pose. Where the hand does not get as low between its neighbors, the object
+    /// Motions that put the held object to a pose. Where the hand does not get as low between its neighbors, the object
     /// is let fall by up to `max_fall_m`.
     pub fn place(
         &self,

@@ -1,4 +1,4 @@
-//! What the arm must not touch: scenes and held objects as the planner and the exact checks see them.
+//! Obstacles of the arm: scenes and held objects as the planner and the exact checks see them.
 
 use geometry::contact_hull::ContactHull;
 use geometry::convex_hull::convex_hull;

@@ -1,4 +1,4 @@
-//! Where an object can be put down so that predicates hold.
+//! Places at which an object can be put down so that predicates hold.
 //!
 //! Candidates are places over the target, in its opening, around it, or all over the table. The object is dropped
 //! straight at each of them in the orientation that it has, turned about the vertical; a candidate is good if it rests
@@ -17,7 +17,7 @@ use super::scene::Shapes;
 const SPACING_M: f64 = 0.03;
 /// Distance from objects that the object shall not touch, meters: fingers need room.
 const KEEP_AWAY_M: f64 = 0.02;
-/// What ends no higher than this above the lowest point of the object is below it, meters.
+/// Parts of the scene that end no higher than this above the lowest point of the object are below it, meters.
 const BELOW_M: f64 = 0.001;
 /// Distance of what is set aside from places that are needed, meters.
 const ROOM_M: f64 = 0.06;
@@ -25,7 +25,7 @@ const ROOM_M: f64 = 0.06;
 const EDGE_M: f64 = 0.02;
 /// Turns about the vertical that are tried, in quarters of a right angle.
 const TURNS: [f64; 8] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0];
-/// How far long objects are tilted into an opening that they do not fit lying, radians.
+/// Tilts of long objects that do not fit lying into an opening, radians.
 const TILTS_RAD: [f64; 10] = [0.2, -0.2, 0.3, -0.3, 0.4, -0.4, 0.55, -0.55, 0.8, -0.8];
 /// An object is long if its length is this many times its second extent.
 const LONG: f64 = 2.0;
@@ -40,7 +40,7 @@ const TURNS_AT_PLACE: usize = 3;
 /// The gap to a neighbor that is aimed at, meters.
 const NEIGHBOR_GAP_M: f64 = 0.05;
 
-/// What is known when a place is sought.
+/// Input of the search for a place.
 pub(crate) struct PlaceSearch<'a> {
     pub outline: &'a Outline,
     pub shapes: &'a Shapes,
@@ -49,7 +49,7 @@ pub(crate) struct PlaceSearch<'a> {
     pub now: &'a [PosedObject],
     /// The index of the object that is moved.
     pub object: usize,
-    /// How many places are enough.
+    /// Number of places after which the search stops.
     pub wanted: usize,
     /// Of releases of the object.
     pub trials: &'a ReleaseTrials<'a>,
@@ -83,7 +83,8 @@ impl PlaceSearch<'_> {
         }
     }
 
-    /// How far the center of mass is from above the center of the container that the object goes into.
+    /// Horizontal distance of the center of mass from the center of the container that the object goes into, meters; 0
+    /// without a container.
     fn off_center_m(&self, pose: &Pose, predicates: &[GoalPredicate]) -> f64 {
         let into = predicates.iter().find(|predicate| predicate.predicate == PredicateKind::In);
         let container = into.and_then(|predicate| find(self.now, predicate.target.as_ref()?));
@@ -191,7 +192,8 @@ impl PlaceSearch<'_> {
         places.into_iter().map(|(_, at)| at).collect()
     }
 
-    /// What a place on the table costs: off the wanted gap to a neighbor, or the way from where the object is.
+    /// Cost of a place on the table, meters: the deviation from the wanted gap to a neighbor, or the distance from the
+    /// object's present place.
     fn cost_m(&self, at: DVec2, near: Option<&PosedObject>) -> f64 {
         let own = self.own();
         let way_m = own.world_from_object.translation_m.truncate().distance(at);

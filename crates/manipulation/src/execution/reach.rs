@@ -16,7 +16,7 @@ const NEAR: DampedLeastSquares = DampedLeastSquares {
 };
 /// Solves arms without a closed form, from the home configuration.
 const FAR: DampedLeastSquares = DampedLeastSquares { max_steps: 300, damping: 1e-2, ..NEAR };
-/// What a configuration near a limit costs, in radians of motion at the limit itself.
+/// Cost of a configuration near a limit, in radians of motion at the limit itself.
 const LIMIT_COST: f64 = 0.5;
 const LIMIT_REACH_RAD: f64 = 0.15;
 

@@ -1,4 +1,4 @@
-//! What happened in an execution, frame by frame.
+//! Record of an execution, frame by frame.
 
 use geometry::Pose;
 use serde::{Deserialize, Serialize};
@@ -21,27 +21,28 @@ pub struct Recording {
 pub struct Frame {
     pub time_s: f64,
     pub phase: Phase,
-    /// What the servos pull to from this time on: a position servo with the stiffness and damping of the model that
-    /// follows these targets repeats the motion. They lead the motion by what damping and held weights hold back.
+    /// Servo targets from this time on: a position servo with the stiffness and damping of the model that follows these
+    /// targets repeats the motion. They lead the motion, because damping and held weights hold it back.
     pub joint_targets: Vec<f64>,
-    /// Where the planned motion has the joints at `k / rate_hz`, for frame `k`: within the limits of position,
-    /// velocity, acceleration and jerk, as differences of these numbers are, too.
+    /// Planned positions of the joints at `k / rate_hz`, for frame `k`: within the limits of position, velocity,
+    /// acceleration and jerk, as differences of these numbers are, too.
     pub joint_references: Vec<f64>,
     pub joint_positions: Vec<f64>,
     pub joint_velocities: Vec<f64>,
-    /// How far the pads are asked to be apart at this time, and are, meters. While they hold an object, the target is
-    /// less by what the gripper's servo needs for the force of the grasp: below 0 where the object is thin.
+    /// Target and measured distance of the pads from each other at this time, meters. While they hold an object, the
+    /// target is lower by the offset that the gripper's servo needs for the force of the grasp: below 0 where the
+    /// object is thin.
     pub opening_target_m: f64,
     /// The same as fast as the limits of the fingers allow, and never below 0.
     pub opening_reference_m: f64,
     pub opening_m: f64,
-    /// Where the gripper's servo pulls its joint to: the position that belongs to `opening_target_m`.
+    /// Target position of the gripper's joint: the one that belongs to `opening_target_m`.
     pub gripper_target: f64,
     /// `world_from_object`.
     pub object_poses: Vec<Pose>,
 }
 
-/// What the robot does at a time.
+/// Activity of the robot at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {

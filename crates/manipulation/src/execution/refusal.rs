@@ -1,4 +1,4 @@
-//! What is refused before anything is simulated.
+//! Checks that refuse a task before anything is simulated.
 
 use geometry::DVec3;
 use physics::Body;
@@ -11,7 +11,7 @@ use super::scene::{SceneError, Shapes, TaskScene};
 use super::settings::ExecutionSettings;
 use crate::world::WorldError;
 
-/// Why a task is not attempted. The codes are stable.
+/// Reason why a task is not attempted. The codes are stable.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
     #[error("the goal names {name}, which is not in the scene; it has {}", .candidates.join(", "))]
@@ -57,7 +57,7 @@ pub enum Refusal {
     Robot(#[from] robot::collision::ArmError),
 }
 
-/// Where a base was asked to stand, in the world.
+/// Requested position of a base, in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BasePoint {
     pub x_m: f64,

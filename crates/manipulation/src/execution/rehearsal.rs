@@ -85,7 +85,7 @@ pub(crate) fn is_rehearsed(motions: &Motions, shapes: &Shapes, task: &Task, gras
     steps(&task.goal).iter().all(|step| state.make(step, motions, shapes, &mut poses, grasps).is_some())
 }
 
-/// How far a rehearsal has come.
+/// State that a rehearsal has reached.
 struct Rehearsed {
     start: Vec<PosedObject>,
     /// The positions of the arm's joints.

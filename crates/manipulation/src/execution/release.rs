@@ -1,4 +1,4 @@
-//! What becomes of an object that the hand lets go, simulated without the arm.
+//! Motion of an object after the hand lets it go, simulated without the arm.
 //!
 //! Where an object rests by geometry alone it may still roll off, or tip the bowl that it was leaned into.
 
@@ -39,7 +39,7 @@ pub(crate) struct ReleaseTrials<'a> {
     /// Of all objects before the release.
     poses: &'a [Pose],
     object: usize,
-    /// What has to hold afterward.
+    /// Predicates that have to hold afterward.
     predicates: Vec<&'a GoalPredicate>,
     known: RefCell<Vec<(Pose, bool)>>,
 }

@@ -19,9 +19,9 @@ pub(crate) struct Runner<'a> {
     pub world: ManipulationWorld,
     pub recording: Recording,
     motions: &'a Motions<'a>,
-    /// Where the arm was asked to be last.
+    /// Last commanded positions of the arm's joints.
     pub commanded: Vec<f64>,
-    /// Where the planned motion had the arm at the last two times of the world.
+    /// Planned positions of the arm's joints at the last two times of the world.
     planned: [Vec<f64>; 2],
     fingers: FingerCommand,
     /// Mass and center of mass in the tool's frame of what is held, and the share of it that the servos carry now.

@@ -1,4 +1,4 @@
-//! How an execution moves, and what it may spend.
+//! Settings of the motion of an execution, and its limits of effort.
 
 use physics::rolling::GRAVITY_M_S2;
 use robot::model::{Gripper, Robot};
@@ -27,7 +27,7 @@ pub struct ExecutionSettings {
     pub carrying_shares: [f64; 2],
     /// The same on straight motions to and from a grasp.
     pub straight_shares: [f64; 2],
-    /// How fast each finger moves, m/s.
+    /// Speed of each finger, m/s.
     pub finger_speed_m_s: f64,
     /// The most grasps of an object that are considered.
     pub max_grasps: usize,
@@ -47,7 +47,7 @@ pub struct ExecutionSettings {
 }
 
 impl ExecutionSettings {
-    /// What a robot can take and lift, from its file.
+    /// Limits of width and weight for objects that a robot can take and lift, from its file.
     pub fn limits_of(&self, robot: &Robot, grasps: &GraspSettings) -> RobotLimits {
         let gripper = robot.gripper();
         let payload_kg = self.max_payload_kg(gripper);

@@ -26,7 +26,7 @@ impl Step {
         }
     }
 
-    /// What the step brings about; of those that only make room, nothing that predicates say.
+    /// Predicates that the step brings about; none for steps that only make room.
     pub fn predicates(&self) -> &[GoalPredicate] {
         match self {
             Self::Place { predicates, .. } => predicates,

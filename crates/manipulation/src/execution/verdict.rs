@@ -86,7 +86,7 @@ impl Attempt<'_> {
         }
     }
 
-    /// What touches what at the end.
+    /// Contacts between table and objects at the end.
     fn contacts(&self) -> Vec<Contact> {
         let world = &self.runner.world;
         let names = &self.shapes.names;
@@ -109,7 +109,7 @@ impl Attempt<'_> {
     }
 }
 
-/// What rests on or in objects that a goal moves, and may go along.
+/// Objects that rest on or in objects that a goal moves, and may move along.
 fn carried(goal: &Goal, start: &Situation) -> Vec<scene::InstanceId> {
     let moved = goal.moved_objects();
     let rests = |object: &PosedObject, on: &scene::InstanceId| {

@@ -1,4 +1,4 @@
-//! What the steps of a goal need: places for objects, and a place for the base.
+//! Requirements of the steps of a goal: places for objects, and a place for the base.
 
 use geometry::Pose;
 use nalgebra::Isometry3;
@@ -13,7 +13,7 @@ use super::scene::{Shapes, TaskScene};
 use super::settings::ExecutionSettings;
 use super::steps::{Step, steps};
 
-/// Where the object of a step may go.
+/// Poses at which the object of a step may be put down.
 #[expect(clippy::too_many_arguments, reason = "the state of an attempt, also before there is one")]
 pub(crate) fn places(
     scene: &TaskScene,
@@ -62,8 +62,8 @@ pub(crate) fn bases_for<'a>(
     bases(scene, robot, work_of(scene, shapes, goal, grasps, settings), settings)
 }
 
-/// Where the tool has to be for each step of a goal: at a grasp of its object, and where it puts it down. Each step
-/// begins as if the earlier ones had put their objects to the first of their places.
+/// Tool poses for each step of a goal: at the grasps of its object, and at its places. Each step begins as if the
+/// earlier ones had put their objects to the first of their places.
 fn work_of(
     scene: &TaskScene,
     shapes: &Shapes,

@@ -7,7 +7,7 @@ use robot::model::Robot;
 use crate::frames::{from_vector, to_vector};
 use crate::mechanism::Mechanism;
 
-/// What collides of a hand, in the frame of the tool.
+/// Collision geometry of a hand, in the frame of the tool.
 #[derive(Clone, Debug)]
 pub struct HandShape {
     /// The part that carries the fingers.

@@ -1,4 +1,4 @@
-//! How much of the pads touches an object.
+//! Share of the pads' area that touches an object.
 
 use geometry::{DVec3, Pose};
 
@@ -11,10 +11,10 @@ const TO_EDGE: f64 = 0.95;
 /// Surfaces that are behind the first contact by less than this touch too: pads yield. Meters.
 const TOUCHING_M: f64 = 7e-4;
 
-/// What pads meet when they close.
+/// Contact of the pads with an object when they close.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PadContact {
-    /// How far the pads are apart when both touch.
+    /// Distance of the pads from each other when both touch.
     pub width_m: f64,
     /// The midpoint between the pads is off the origin of the tool along y by this.
     pub center_m: f64,

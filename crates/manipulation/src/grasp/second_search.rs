@@ -66,7 +66,7 @@ fn tilted(axis: DVec3, max_rad: f64, rng: &mut impl Rng) -> DVec3 {
     tilt_rad.cos() * axis + tilt_rad.sin() * aside
 }
 
-/// What trials said, and what that is worth for others.
+/// Results of earlier trials, which lower the expectation of similar candidates.
 #[derive(Default)]
 pub struct Experience {
     /// Poses of hands and by how much a hand at the same place promises less.
@@ -99,7 +99,7 @@ impl Experience {
     }
 }
 
-/// How far a grasp is from stable: 1 where slip or turn is just as much as stable ones may have.
+/// Distance of a grasp from stability: 1 where slip or turn is just as much as stable ones may have.
 pub fn excess(grasp: &Grasp, settings: &GraspSettings) -> f64 {
     let slip = grasp.slip_m / settings.trial.max_slip_m.max(f64::MIN_POSITIVE);
     slip.max(grasp.turn_rad / settings.trial.max_turn_rad.max(f64::MIN_POSITIVE))
@@ -113,7 +113,7 @@ fn nearness(pose: &Pose, candidate: &Candidate) -> f64 {
     (-(between_m / NEAR_M).powi(2) - (between_rad / NEAR_RAD).powi(2)).exp()
 }
 
-/// How good a candidate is by itself: large patches that face each other resist turning.
+/// Quality of a candidate by itself: large patches that face each other resist turning.
 fn promise(candidate: &Candidate) -> f64 {
     candidate.score + 0.2 * candidate.contact.share + 0.1 * candidate.margin
         - 0.2 * (candidate.contact.skew_m / FULL_SKEW_M).min(1.0)

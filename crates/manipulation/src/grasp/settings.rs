@@ -1,4 +1,4 @@
-//! How many candidates are drawn and tried, and what a trial is.
+//! Settings of the search for grasps and of their trials.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ pub struct GraspSettings {
     pub opening_margin_m: f64,
     /// The pads open by so much more than the object is thick on each side, where the gripper allows, meters.
     pub clearance_m: f64,
-    /// How far the hand comes straight, meters.
+    /// Length of the straight motion of the hand to the object, meters.
     pub approach_m: f64,
     /// Distance that the hand keeps from the table, meters.
     pub table_gap_m: f64,
@@ -33,19 +33,19 @@ pub struct GraspSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrialSettings {
-    /// How fast each finger closes, m/s.
+    /// Closing speed of each finger, m/s.
     pub closing_speed_m_s: f64,
-    /// How far the object is lifted, meters.
+    /// Height to which the object is lifted, meters.
     pub lift_m: f64,
     /// In what time it is lifted, seconds.
     pub lift_s: f64,
     /// The amplitude of shaking along each axis of the world, meters.
     pub shake_m: f64,
-    /// How often it is shaken, hertz.
+    /// Frequency of shaking, hertz.
     pub shake_hz: f64,
-    /// How long it is shaken, seconds.
+    /// Duration of shaking, seconds.
     pub shake_s: f64,
-    /// How long it is held at rest, seconds.
+    /// Duration of the hold at rest, seconds.
     pub hold_s: f64,
     /// The gripped point may move so much in the hand while it is shaken, meters.
     pub max_slip_m: f64,

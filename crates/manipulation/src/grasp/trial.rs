@@ -21,13 +21,13 @@ const SETTLE_S: f64 = 0.15;
 /// Fingers that press gently are slow; they get this much longer than their speed asks for, seconds.
 const MAX_CLOSING_S: f64 = 0.8;
 
-/// What a trial said.
+/// Result of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialResult {
     pub verdict: Verdict,
     pub slip_m: f64,
     pub turn_rad: f64,
-    /// How far the pads were apart when they had closed on the object; `None` if they did not hold it.
+    /// Distance of the pads from each other when they had closed on the object; `None` if they did not hold it.
     pub opening_m: Option<f64>,
     /// The force of each pad.
     pub force_n: f64,

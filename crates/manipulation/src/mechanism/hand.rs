@@ -6,7 +6,7 @@ use robot::model::{JointDrive, JointLimits, MovingKind, PositionSource, Robot};
 
 use super::{Mechanism, Part, PartJoint};
 
-/// How far a slide reaches each way, meters.
+/// Range of a slide each way, meters.
 const STROKE_M: f64 = 2.0;
 /// The mass of a slide, kilograms; it only has to be positive.
 const SLIDE_KG: f64 = 1.0;

@@ -1,4 +1,4 @@
-//! What touches what, and how hard.
+//! Contacts between robot and objects, and their forces.
 
 use rapier3d_f64::prelude::{PhysicsWorld, RigidBodyHandle};
 

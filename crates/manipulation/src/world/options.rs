@@ -1,4 +1,4 @@
-//! How finely a world is simulated.
+//! Resolution of the simulation of a world.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,8 +10,8 @@ pub struct WorldOptions {
     pub steps_per_s: f64,
     /// Solver iterations per step.
     pub solver_iterations: usize,
-    /// How often each solver iteration computes velocities without pushing overlaps apart; more of them let friction
-    /// converge where several points of a pad share the force.
+    /// Number of passes per solver iteration that compute velocities without pushing overlaps apart; more of them let
+    /// friction converge where several points of a pad share the force.
     pub friction_iterations: usize,
     /// Natural frequency of contacts, hertz; more is stiffer. At most a quarter of steps times iterations.
     pub contact_frequency_hz: f64,

@@ -15,7 +15,7 @@ use geometry::DVec3;
 use rapier3d_f64::prelude::{ColliderHandle, PhysicsWorld, RigidBodyHandle};
 use robot::export::contact::TORSIONAL_FRICTION_M;
 
-/// How much of the turning that remains after a step each pad takes away in the next one. Both pads together must
+/// Share of the turning that remains after a step and that each pad removes in the next one. Both pads together must
 /// take less than all of it, or the object would swing back.
 const DAMPED_SHARE: f64 = 0.4;
 /// By how much of the torque that would have stopped the turning in one step the holding torque grows. Less than the
@@ -29,7 +29,7 @@ pub(super) struct PadTorsion {
     held_n_m: BTreeMap<(usize, usize), f64>,
 }
 
-/// What a pad and a body do to each other.
+/// Interaction of a pad and a body.
 struct Press {
     /// Unit, from the pad to the body.
     normal: DVec3,
@@ -74,7 +74,7 @@ impl PadTorsion {
     }
 }
 
-/// How a pad presses on a body; `None` if it does not.
+/// Pressure of a pad on a body; `None` if they do not press.
 fn press(world: &PhysicsWorld, pad: ColliderHandle, object: RigidBodyHandle, step_s: f64) -> Option<Press> {
     let (mut pressing, mut normal_n) = (DVec3::ZERO, 0.0);
     // Impulses of the last iteration; what the points do against turning cancels out in the sum.

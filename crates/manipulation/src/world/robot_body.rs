@@ -43,7 +43,7 @@ const MECHANISM_STIFFNESS: f64 = 1e5;
 /// Damping of a finger against the hand, newton seconds per meter.
 const FINGER_DAMPING: f64 = 20.0;
 
-/// What the one servo of the fingers does: it moves its target at a bounded speed, and its force is bounded.
+/// State of the one servo of the fingers, which moves its target at a bounded speed with a bounded force.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GripperServo {
     /// The position of the gripper's joint that is asked for, and the one that the servo pulls to now.
