@@ -57,18 +57,18 @@ use scene::edit::violations;
 /// Longest instruction, characters.
 pub const MAX_CHARACTERS: usize = 4000;
 
-/// Which words of an instruction cannot be carried out, and why.
+/// Words of an instruction that cannot be carried out, and the reason.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{words:?} (at character {}): {reason}", .span.start)]
 pub struct InstructionError {
     /// The words, as written.
     pub words: String,
-    /// Their bytes in the instruction.
+    /// Range of these words in the instruction, bytes.
     pub span: Range<usize>,
     pub reason: Reason,
 }
 
-/// Why words of an instruction cannot be carried out.
+/// Reason why words of an instruction cannot be carried out.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Reason {
     #[error("the instruction asks for no change; say what to add, remove, replace, move or change")]

@@ -10,7 +10,7 @@ use scene::{InstanceId, Supporter};
 #[derive(Clone, Debug)]
 pub struct EditableObject {
     pub name: InstanceId,
-    /// What the user calls it ("red coffee mug").
+    /// Name of the object for users ("red coffee mug").
     pub label: String,
     pub category: String,
     /// Whether the category only stands in for what the label says.
@@ -20,7 +20,7 @@ pub struct EditableObject {
     pub material: Option<String>,
     /// Extents in its own frame.
     pub size_m: DVec3,
-    /// Where it is, in the world.
+    /// Vertical projection of the object in the world.
     pub footprint: PosedFootprint,
     pub supporter: Supporter,
 }

@@ -26,7 +26,7 @@ const STEPS_M: [f64; 2] = [0.01, 0.005];
 /// Cells along the longer side of a container.
 const CONTAINER_CELLS: f64 = 14.0;
 
-/// Where an object is to be.
+/// Wanted place of an object.
 #[derive(Clone, Debug, Default)]
 pub struct PlaceQuery {
     /// `None` for anywhere on the table, or for `position_m`.
@@ -39,7 +39,7 @@ pub struct PlaceQuery {
     pub position_m: Option<DVec2>,
     /// Stated yaw.
     pub yaw_rad: Option<f64>,
-    /// Where it would best be, if there is room: the place that it has now.
+    /// Ideal place, if there is room: the present place of the object.
     pub near_m: Option<DVec2>,
     /// Largest distance from `near_m`.
     pub within_m: Option<f64>,
@@ -72,7 +72,7 @@ pub enum NoPlace {
         object: String,
         surface: String,
         beyond_m: f64,
-        /// How far it can go toward that place; `None` for an object that is there already.
+        /// Distance that the object can go toward that place, meters; `None` for an object that is there already.
         way_m: Option<f64>,
     },
     #[error("{object} does not fit {place}: it is larger than the space there")]

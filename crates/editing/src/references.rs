@@ -32,7 +32,7 @@ use runtime::edit_distance;
 use scene::InstanceId;
 use selection::Selector;
 
-/// Why a phrase does not say which objects are meant.
+/// Reason why a phrase does not state which objects are meant.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReferenceError {
     /// No object fits. The candidates are those that are spelled alike or fit in part; where there are none, all.

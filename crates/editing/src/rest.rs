@@ -1,4 +1,5 @@
-//! How objects come to rest while everything else stays where it is, and whether they may stay there.
+//! Simulation of objects that come to rest while everything else stays in place, and the test whether they may stay
+//! there.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -24,17 +25,18 @@ const REACH_M: f64 = 0.05;
 const MAX_SLIDE_M: f64 = 0.015;
 const MAX_TURN_RAD: f64 = 0.5;
 
-/// What moves and turns less than this in the time of a simulation stays, meters and radians.
+/// Limits of movement in the time of a simulation below which an object stays, meters and radians.
 const STILL_M: f64 = 0.002;
 const STILL_RAD: f64 = 0.1;
 
 /// Simulations until an object must stay.
 const MAX_SETTLINGS: usize = 4;
 
-/// What rests farther than this from its place is put there once more as it came to lie, meters.
+/// Distance from its place above which an object is put there once more, in the attitude in which it came to lie,
+/// meters.
 const BESIDE_M: f64 = 0.004;
 
-/// How often an object that rolled is turned back to the yaw of its place.
+/// Maximum number of times that an object that rolled is turned back to the yaw of its place.
 const MAX_TURNS_BACK: usize = 3;
 
 /// An object at rest has its stated yaw up to this, radians: half of what a reader of the scene accepts.
@@ -47,7 +49,7 @@ const TOP_LAYER_M: f64 = 0.002;
 /// smaller extent of its outline: a book that balances on an orange is no stable scene.
 const BALANCED_SHARE: f64 = 0.2;
 
-/// What a simulation needs.
+/// Settings of a simulation.
 #[derive(Clone, Copy, Debug)]
 pub struct RestSettings<'a> {
     pub settle: &'a SettleSettings,
@@ -56,33 +58,33 @@ pub struct RestSettings<'a> {
     pub may_roll: bool,
 }
 
-/// Why an object may not stay where it came to rest.
+/// Reason why an object may not stay where it came to rest.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RestFault {
-    /// It still moves at the end of the simulation.
+    /// Movement at the end of the simulation.
     Restless,
-    /// It slid, rolled or fell over.
+    /// Sliding, rolling or falling over.
     Slipped {
         distance_m: f64,
         angle_rad: f64,
     },
-    /// It came to rest near its place, but the relation to others does not hold there.
+    /// Rest near the place, where the relation to others does not hold.
     LeftPlace,
-    /// It came to rest with another yaw than the stated one.
+    /// Rest with another yaw than the stated one.
     Turned {
         angle_rad: f64,
     },
-    /// It came to rest outside its container, or beside what it was put on.
+    /// Rest outside the container, or beside the supporter.
     LeftSupporter {
         supporter: String,
     },
-    /// Its contacts do not carry its center of mass, which the certificate demands.
+    /// Contacts that do not carry the center of mass, which the certificate demands.
     NotCarried,
-    /// It balances on a top that is much narrower than itself.
+    /// Balance on a top that is much narrower than the object.
     TooNarrow {
         supporter: String,
     },
-    /// Its mesh reaches into another one's.
+    /// Mesh that reaches into another one.
     Collides {
         other: String,
     },

@@ -50,12 +50,12 @@ impl WorkspaceObject {
         PosedShape { shape: &self.shape, world_from_object }
     }
 
-    /// Its vertical projection in a pose.
+    /// Vertical projection of the object in a pose.
     pub fn footprint_at(&self, world_from_object: &Pose) -> PosedFootprint {
         PosedFootprint::of_points(self.shape.points(world_from_object), world_from_object)
     }
 
-    /// Its vertical projection where it is.
+    /// Vertical projection of the object in its present pose.
     pub fn footprint(&self) -> PosedFootprint {
         self.footprint_at(&self.body.world_from_object)
     }

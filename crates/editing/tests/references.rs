@@ -1,4 +1,4 @@
-//! What phrases mean in one made scene, as `references.toml` states it.
+//! Meaning of phrases in one made scene, as `references.toml` states it.
 
 use glam::{DVec2, DVec3};
 use serde::Deserialize;

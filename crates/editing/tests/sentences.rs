@@ -23,7 +23,7 @@ struct Sentence {
     error: Option<String>,
 }
 
-/// How many sentences of a file come out which way.
+/// Counts of the results of a file's sentences.
 #[derive(Debug, Default)]
 struct Score {
     total: usize,

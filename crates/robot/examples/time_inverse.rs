@@ -97,7 +97,7 @@ fn configurations(robot: &Robot, seed: u64) -> Vec<Vec<f64>> {
     (0..POSES).map(|_| robot.limits().iter().map(&mut within).collect()).collect()
 }
 
-/// How far apart two poses are, in meters and radians, whichever is more.
+/// Difference of two poses: the larger of the distance in meters and the angle in radians.
 fn apart(a: &Isometry3<f64>, b: &Isometry3<f64>) -> f64 {
     (a.translation.vector - b.translation.vector).norm().max(a.rotation.angle_to(&b.rotation))
 }

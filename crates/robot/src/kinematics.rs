@@ -1,4 +1,4 @@
-//! Where links and tool are in a configuration, and how fast they move: all in the frame of the base, in `f64`.
+//! Poses and velocities of links and tool in a configuration: all in the frame of the base, in `f64`.
 //!
 //! `positions` has one entry for each joint of the arm.
 

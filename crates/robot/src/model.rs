@@ -1,4 +1,4 @@
-//! What a robot is: its links, joints, limits and shapes, as read from a file, and the views that others compute with.
+//! Model of a robot: its links, joints, limits and shapes, as read from a file, and the views that others compute with.
 //!
 //! `parse` makes a checked `Robot` from the format in `file`. `cover` computes spheres from shapes, and `ArmSpheres`
 //! shows an arm to the planner as the `SphereModel` that it needs.

@@ -1,4 +1,4 @@
-//! When a path is where: timing within the limits of velocity, acceleration and jerk.
+//! Timing of a path within the limits of velocity, acceleration and jerk.
 //!
 //! A path becomes a smooth [`curve`], the curve gets the fastest [`time_law`] within the limits of velocity and
 //! acceleration, and a moving average over a short window bounds the jerk. The average of positions over a window of
@@ -46,7 +46,7 @@ pub struct TrajectoryPoint {
 /// Settings of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrajectoryOptions {
-    /// How far control points are apart, in the Euclidean metric of joint space; corners are off by up to a third.
+    /// Distance between control points, in the Euclidean metric of joint space; corners are off by up to a third of it.
     pub spacing: f64,
     pub corners: Corners,
     /// The share of the joints' limits that is used, above 0 and up to 1.
@@ -60,7 +60,7 @@ impl Default for TrajectoryOptions {
     }
 }
 
-/// Why a path has no trajectory.
+/// Reason why a path has no trajectory.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TrajectoryError {
     #[error(transparent)]

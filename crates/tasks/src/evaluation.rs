@@ -28,7 +28,7 @@ pub use side::MAX_DIRECTION_OVERLAP_M;
 pub(crate) use side::relation_of;
 pub use support::{CONTACT_GAP_M, OVERHANG_M, STACK_MARGIN_M};
 
-/// What predicates are decided from. World frame.
+/// State of the scene by which predicates are decided. World frame.
 #[derive(Clone, Copy)]
 pub struct Situation<'a> {
     /// Edge of the table top.
@@ -52,7 +52,7 @@ pub struct PredicateOutcome {
     /// On which side of the limit the measured value must be.
     pub bound: Bound,
     pub unit: Unit,
-    /// What the measured value is, or why the predicate does not hold.
+    /// Meaning of the measured value, or the reason why the predicate does not hold.
     pub reason: Reason,
 }
 
@@ -72,7 +72,7 @@ pub enum Unit {
     Radians,
 }
 
-/// Why a predicate holds or not. The names are stable.
+/// Reason why a predicate holds or not. The names are stable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
@@ -159,7 +159,7 @@ impl Measured {
         Self::new(value_m, limit_m, Bound::AtMost, Unit::Meters, reason)
     }
 
-    /// It does not hold, and nothing is measured.
+    /// A predicate that does not hold and has no measured value.
     fn failed(reason: Reason) -> Self {
         let (bound, unit) = (Bound::AtLeast, Unit::Meters);
         Self { holds: false, value: 0.0, limit: 0.0, bound, unit, reason }

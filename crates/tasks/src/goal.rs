@@ -6,14 +6,14 @@ use scene::InstanceId;
 use scene::text_account::{GoalPredicate, PredicateKind};
 use serde::{Deserialize, Serialize};
 
-/// What must hold at the end of a task: every predicate. In files, a list with at least one predicate.
+/// Predicates that must all hold at the end of a task. In files, a list with at least one predicate.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<StatedPredicate>", into = "Vec<GoalPredicate>")]
 pub struct Goal {
     predicates: Vec<GoalPredicate>,
 }
 
-/// Why predicates are no goal.
+/// Reason why predicates are no goal.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GoalError {
     #[error("a goal needs at least one predicate")]
@@ -64,7 +64,7 @@ impl From<Goal> for Vec<GoalPredicate> {
     }
 }
 
-/// How many objects a predicate relates its object to.
+/// Number of objects that a predicate relates its object to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arity {
     /// No other object.
@@ -77,7 +77,7 @@ pub enum Arity {
     TwoTargets,
 }
 
-/// How many objects a predicate relates its object to.
+/// Number of objects that a predicate relates its object to.
 pub fn arity(kind: PredicateKind) -> Arity {
     use PredicateKind as P;
     match kind {

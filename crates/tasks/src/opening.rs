@@ -26,7 +26,7 @@ const SAME_LEVEL_M: f64 = 0.01;
 /// Share of the largest basin from which another one is a part of the same opening.
 const MIN_SHARE: f64 = 0.2;
 
-/// Where a container is open: the space below the rim and inside the opening's hull. Object frame, meters.
+/// Opening of a container: the space below the rim and inside the opening's hull. Object frame, meters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opening {
     /// Convex and counter-clockwise, seen from above.
@@ -88,7 +88,7 @@ impl Opening {
         mean.extend(self.rim_m)
     }
 
-    /// How far a point is horizontally inside the opening's hull, meters; negative outside.
+    /// Horizontal depth of a point inside the opening's hull, meters; negative outside.
     pub fn depth_inside_m(&self, point_m: DVec3) -> f64 {
         depth_in_convex_m(&self.hull_m, point_m.truncate())
     }

@@ -12,7 +12,7 @@ use scene::predicates::PosedFootprint;
 use crate::opening::Opening;
 use crate::robot_limits::{GraspWidth, grasp_width};
 
-/// What does not change while an object moves. Object frame: z up, origin at the center of the bottom.
+/// Properties of an object that do not depend on its pose. Object frame: z up, origin at the center of the bottom.
 #[derive(Clone)]
 pub struct ObjectShape {
     hulls: Vec<ConvexHull>,
@@ -54,7 +54,8 @@ impl ObjectShape {
         &self.collision
     }
 
-    /// Where a gripper grasps it that takes at most this: [`grasp_width`], kept for the first width.
+    /// Width at which a gripper that opens to `widest_m` grasps the object: [`grasp_width`], kept for the first
+    /// opening.
     pub fn grasp_width(&self, widest_m: f64) -> GraspWidth {
         let (known_m, width) = self.grasp_width.get_or_init(|| (widest_m, grasp_width(self, widest_m)));
         if *known_m == widest_m { *width } else { grasp_width(self, widest_m) }
@@ -93,7 +94,7 @@ impl PosedObject {
         self.world_from_object.transform_point(self.shape.center_of_mass_m)
     }
 
-    /// Its vertical projection with its height range.
+    /// Vertical projection of the object, with its height range.
     pub fn footprint(&self) -> PosedFootprint {
         let pose = self.world_from_object;
         let here = || PosedFootprint::of_points(self.shape.collision.points(&pose), &pose);
@@ -106,7 +107,7 @@ impl PosedObject {
         self.world_from_object.transform_vector(DVec3::Z).angle_between(DVec3::Z)
     }
 
-    /// Its hulls in the world, for casts and distances.
+    /// Hulls of the object in the world, for casts and distances.
     pub fn posed_shape(&self) -> PosedShape<'_> {
         PosedShape { shape: &self.shape.collision, world_from_object: self.world_from_object }
     }

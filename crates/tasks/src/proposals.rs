@@ -31,7 +31,7 @@ use runtime::seed::child_rng;
 /// Candidates of one kind that are tried in one turn.
 const MAX_TRIES: usize = 12;
 
-/// What a proposed task asks for.
+/// Kind of a proposed task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ProposalKind {

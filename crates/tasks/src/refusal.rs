@@ -1,4 +1,4 @@
-//! Why a task is refused before anything is simulated.
+//! Refusals of tasks before anything is simulated.
 
 use scene::InstanceId;
 use serde::Serialize;

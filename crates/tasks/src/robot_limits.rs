@@ -1,4 +1,4 @@
-//! What a robot can grasp and lift, as numbers.
+//! Limits of the objects that a robot can grasp and lift, as numbers.
 
 use std::collections::BTreeMap;
 

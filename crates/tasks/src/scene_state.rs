@@ -19,12 +19,12 @@ use crate::task_scene::TaskScene;
 pub struct SceneState {
     /// `world_from_object` by name; objects that are not here are where the scene has them.
     pub objects: BTreeMap<InstanceId, Pose>,
-    /// What touches with a force. Without contacts, hulls that are close touch; the gripper touches nothing.
+    /// Contacts with a force. Without contacts, hulls that are close touch; the gripper touches nothing.
     #[serde(default)]
     pub contacts: Vec<Contact>,
 }
 
-/// What became of a task.
+/// Result of a task.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TaskVerdict {
     /// Whether every predicate holds.

@@ -14,7 +14,7 @@ pub struct Task {
     pub format: TaskFormat,
     /// The instruction to the robot, in natural language.
     pub instruction: String,
-    /// What must hold at the end, all of it.
+    /// Predicates that must all hold at the end.
     pub goal: Goal,
     /// Name of the robot (`panda`).
     pub robot: String,
@@ -42,7 +42,7 @@ impl Task {
     }
 }
 
-/// What a successful execution keeps to, beside the goal.
+/// Limits that a successful execution keeps, beside the goal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
@@ -54,7 +54,7 @@ pub struct Limits {
     pub max_rotation_of_others_rad: f64,
     /// Least distance of the opened gripper from every object at the end, meters; not for goals that end in the hand.
     pub min_gripper_distance_m: f64,
-    /// How long the objects must be at rest at the end, seconds.
+    /// Time that the objects must be at rest at the end, seconds.
     pub min_rest_s: f64,
 }
 

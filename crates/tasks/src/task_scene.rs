@@ -16,7 +16,7 @@ use crate::evaluation::Situation;
 use crate::goal::Goal;
 use crate::posed_object::{ObjectShape, PosedObject};
 
-/// What `scene.json` does not have of an object.
+/// Properties of an object that `scene.json` does not have.
 #[derive(Clone)]
 pub struct ObjectAppearance {
     pub shape: Arc<ObjectShape>,
@@ -35,7 +35,7 @@ pub struct TaskScene {
     workspace: OnceLock<Workspace>,
 }
 
-/// Why a scene and shapes do not belong together.
+/// Reason why a scene and shapes do not belong together.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneFault {
     #[error(
@@ -111,13 +111,13 @@ impl TaskScene {
         self.posed.iter().position(|object| &object.name == name)
     }
 
-    /// What rests on what.
+    /// Support tree of the objects.
     pub fn supports(&self) -> SupportTree {
         let supporters: Vec<Supporter> = self.described.iter().map(|object| object.supporter).collect();
         SupportTree::without_contradictions(&supporters)
     }
 
-    /// What rests on or in the objects that a goal moves, directly or through others, and goes along with them.
+    /// Objects that rest on or in the objects that a goal moves, directly or through others, and move with them.
     pub fn carried(&self, goal: &Goal) -> Vec<InstanceId> {
         let (supports, moved) = (self.supports(), goal.moved_objects());
         let branches =

@@ -7,7 +7,7 @@ use super::removals::is_table;
 use crate::references::{color_of, material_of};
 use scene::EditOperation;
 
-/// What an object becomes.
+/// Wanted size or appearance of an object.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Complement {
     Factor(f64),
@@ -42,7 +42,7 @@ impl Cursor {
         (found && self.is_boundary(at)).then_some((Complement::Appearance { color, material }, at - index))
     }
 
-    /// Where the complement of the clause begins.
+    /// Index of the token at which the complement of the clause begins.
     pub fn complement_index(&self, start: usize) -> Option<usize> {
         let end = self.clause_end(start);
         let is_noun = |index: usize| {

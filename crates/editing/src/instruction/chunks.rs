@@ -1,4 +1,4 @@
-//! Where noun phrases, places and clauses begin and end.
+//! Boundaries of noun phrases, places and clauses.
 
 use super::cursor::Cursor;
 use crate::references::{color_of, is_noun, material_of};

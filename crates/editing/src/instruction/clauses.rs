@@ -5,7 +5,7 @@ use super::cursor::{Cursor, Outcome};
 use super::measures::BIGGER;
 use scene::EditOperation;
 
-/// What a verb asks for.
+/// Operation that a verb asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Frame {
     /// New objects; existing ones are moved.
@@ -227,7 +227,7 @@ impl Cursor {
         }
     }
 
-    /// What follows "I want": new objects, or how existing ones should be.
+    /// Reads the words after "I want": new objects, or a state of existing ones.
     fn polite_request(&mut self) -> Outcome<Frame> {
         let start = self.at;
         if !self.is_definite(start) {

@@ -1,4 +1,4 @@
-//! What pronouns stand for, and in which order operations on the same objects are carried out.
+//! Meaning of pronouns, and the order of operations on the same objects.
 //!
 //! "It" and "them" stand for the objects that the last command changed or made. A phrase may cease to fit by a change:
 //! after "move the leftmost book to the right edge", another book is leftmost. An operation on "it" then precedes that
@@ -21,7 +21,7 @@ pub(super) struct Topic {
     pub removed: bool,
 }
 
-/// What earlier clauses said.
+/// Content of earlier clauses.
 #[derive(Default)]
 pub(super) struct Discourse {
     pub topic: Option<Topic>,

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use super::cursor::Cursor;
 use crate::references::{number, vocabulary};
 
-/// How far a turn goes, and in which direction if it is said.
+/// Angle of a turn, with its direction if it is stated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Angle {
     /// Counter-clockwise.
@@ -146,7 +146,7 @@ impl Cursor {
         }
     }
 
-    /// What a vague quantity stands for; `None` for other words. The number of tokens is second.
+    /// Count that a quantity stands for, and its number of tokens; `None` for other words.
     pub fn quantity_at(&self, index: usize) -> Option<(u32, usize)> {
         let vague: [(&[&str], u32); 6] = [
             (&["half a dozen", "half dozen"], 6),

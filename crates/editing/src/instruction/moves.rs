@@ -90,7 +90,7 @@ impl Cursor {
         (from..to).any(|index| self.is_rank_origin(from, index))
     }
 
-    /// Where the destination begins: the end of the phrase for the object.
+    /// Index of the token at which the destination begins, which is the end of the phrase for the object.
     pub fn destination(&self, start: usize, moves: bool) -> Outcome<usize> {
         let end = self.phrase_end(start, &|_| false);
         let mut places = Vec::new();

@@ -161,7 +161,8 @@ impl Cursor {
         Ok(EditPlace { distance_m, ..EditPlace::related(kind, target) })
     }
 
-    /// What "to" an object means: into a container, onto what is made to carry others, else next to it.
+    /// Relation that "to" an object means: into a container, onto an object that is made to carry others, else next to
+    /// it.
     fn destination_relation(&self, start: usize, target: &str) -> Outcome<RelationKind> {
         match super::nouns::category_of(target) {
             Some(category) if category.label.ends_with("tray") => Ok(On),
@@ -230,8 +231,8 @@ impl Cursor {
         (self.is_boundary(end) || self.preposition_at(end).is_some()).then_some(end)
     }
 
-    /// What "it" of a place stands for: the topic, or the last landmark in "a fork left of the plate and a knife right
-    /// of it".
+    /// Phrase that "it" of a place stands for: the topic, or the last landmark in "a fork left of the plate and a knife
+    /// right of it".
     pub fn landmark_pronoun(&mut self, kind: RelationKind) -> Outcome<Option<String>> {
         let start = self.at;
         let pronoun = matches!(self.word(start), "it" | "them")
@@ -273,7 +274,7 @@ impl Cursor {
         Ok(Some(target.phrase.clone()))
     }
 
-    /// What follows "between".
+    /// Reads the words after "between".
     pub fn between(&mut self) -> Outcome<EditPlace> {
         let start = self.at;
         let place = |first: String, second: String| EditPlace {

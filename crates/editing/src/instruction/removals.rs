@@ -8,7 +8,7 @@ use scene::{EditOperation, EditPlace, RelationKind};
 
 const SOURCES: &[&str] = &["out of", "off of", "off", "from", "away", "out"];
 
-/// What removes an object with all that stands on or in it.
+/// Phrases that remove an object with everything on or in it.
 const CONTENTS: &[&str] = &[
     "with everything on it",
     "with everything in it",

@@ -96,7 +96,7 @@ impl Cursor {
         self.faced(&targets, start)
     }
 
-    /// What the targets face follows.
+    /// Reads the object or direction that the targets shall face.
     pub fn faced(&mut self, targets: &[Target], start: usize) -> Outcome<()> {
         if let Some((yaw_rad, length)) = self.heading_at(self.at)
             && self.is_boundary(self.at + length)

@@ -20,7 +20,7 @@ const YAWS: usize = 16;
 /// Distance from the table's edge that everything keeps.
 const EDGE_MARGIN_M: f64 = 0.005;
 
-/// How exactly it is known how far an object can go toward a place, in halvings of the way.
+/// Precision of the distance that an object can go toward a place, in halvings of the way.
 const HALVINGS: usize = 12;
 
 /// Height at which an object is let go above its supporter.
@@ -38,7 +38,7 @@ const USUAL_GAP_M: f64 = 0.04;
 /// An object longer than this many times its second extent may stand upright in a container.
 const SLENDERNESS: f64 = 2.0;
 
-/// What is in a container reaches at least this far below its rim, meters.
+/// Minimum depth below its rim that objects in a container reach, meters.
 const BELOW_RIM_M: f64 = 0.003;
 
 /// Lean of slender objects in a container from the vertical, radians.
@@ -60,7 +60,7 @@ pub(super) struct Search<'a> {
     step_m: f64,
     /// The object and what rests on it, in the object's frame of now.
     branch: Vec<usize>,
-    /// What may be in the way.
+    /// Objects that may be in the way.
     obstacles: Vec<usize>,
     target: Option<PosedFootprint>,
     second_target: Option<PosedFootprint>,
@@ -289,7 +289,7 @@ impl<'a> Search<'a> {
         Some(pose)
     }
 
-    /// Why [`Self::posed`] has no pose at a point.
+    /// Reason why [`Self::posed`] has no pose at a point.
     pub fn beyond_edge(&self, orientation: &Orientation, center_m: DVec2) -> NoPlace {
         let corners = orientation.corners_m.iter().map(|corner| center_m + *corner);
         let outside_m = |corner: DVec2| -self.workspace.outline.depth_inside_m(corner);
@@ -333,7 +333,7 @@ impl<'a> Search<'a> {
         self.cost(&footprint).map(|cost| Scored { cost, pose })
     }
 
-    /// How far a place is from the ideal one, meters; `None` if the relation does not hold there.
+    /// Distance of a place from the ideal one, meters; `None` if the relation does not hold there.
     fn cost(&self, footprint: &PosedFootprint) -> Option<f64> {
         let outline = &self.workspace.outline;
         let center = footprint.center();

@@ -36,7 +36,7 @@ pub(super) enum Pick {
     Center,
     /// The largest of the measure, or the smallest.
     Extreme(Measure, bool),
-    /// Those that are distinctly larger, or smaller, than the others.
+    /// Objects that are distinctly larger, or smaller, than the others.
     Group(Measure, bool),
 }
 
@@ -115,7 +115,7 @@ pub(super) fn label_has(object: &EditableObject, words: &str) -> bool {
     format!(" {label} ").contains(&format!(" {words} "))
 }
 
-/// Those whose label says the color and those whose measured color is it.
+/// Objects whose label has the color, and objects whose measured color or label is it.
 pub(super) fn of_color(objects: &[EditableObject], pool: &[usize], words: &str) -> (Vec<usize>, Vec<usize>) {
     let labeled = pool.iter().copied().filter(|&index| label_has(&objects[index], words)).collect();
     let measured = |index: &usize| objects[*index].color.is_some_and(|color| is_color(color, words));
@@ -123,7 +123,7 @@ pub(super) fn of_color(objects: &[EditableObject], pool: &[usize], words: &str) 
     (labeled, pool.iter().copied().filter(matching).collect())
 }
 
-/// Those whose label says the material and those that are made of it.
+/// Objects whose label has the material, and objects that are made of it.
 pub(super) fn of_material(
     objects: &[EditableObject],
     pool: &[usize],

@@ -1,4 +1,4 @@
-//! Which objects a noun names: by label, by category, as a superclass, by synonym.
+//! Objects that a noun names: by label, by category, as a superclass, by synonym.
 
 use std::collections::BTreeSet;
 

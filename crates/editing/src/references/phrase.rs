@@ -7,7 +7,7 @@
 use super::qualifier::{Direction, Qualifier, qualifier};
 use super::vocabulary::vocabulary;
 
-/// How many objects are meant.
+/// Number of objects that a phrase means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     /// "mugs", "the mug": the number of the noun decides.

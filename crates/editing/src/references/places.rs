@@ -91,7 +91,7 @@ impl Ranking {
     }
 }
 
-/// Those that are distinctly larger, or smaller, than the rest; `None` if sizes form no two groups.
+/// Objects that are distinctly larger, or smaller, than the rest; `None` if sizes form no two groups.
 pub(super) fn size_group(
     objects: &[EditableObject],
     pool: &[usize],

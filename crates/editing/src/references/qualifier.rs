@@ -1,4 +1,4 @@
-//! What follows the noun of a phrase: relations to other objects, places on the table, orders.
+//! Qualifiers after the noun of a phrase: relations to other objects, places on the table, orders.
 
 use super::phrase::{NounPhrase, Reader, Unread, read_noun_phrase};
 use super::vocabulary::vocabulary;
@@ -47,11 +47,11 @@ pub(super) struct Region {
     pub y: i8,
 }
 
-/// What follows a noun.
+/// Qualifier after a noun.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Qualifier {
     Related(RelationKind, NounPhrase),
-    /// It supports the other object.
+    /// Support of the other object.
     Supporting(NounPhrase),
     Between(Vec<NounPhrase>),
     Closest(NounPhrase),

@@ -1,4 +1,4 @@
-//! What follows a noun, as a filter: relations to other objects, places on the table.
+//! Qualifiers after a noun, as a filter: relations to other objects, places on the table.
 
 use super::phrase::{NounPhrase, Quantity};
 use super::places::{Ranking, is_between, is_related, rests_on};

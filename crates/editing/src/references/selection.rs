@@ -109,7 +109,7 @@ impl Selector<'_> {
         Err(first_error.unwrap_or_else(|| self.unknown_noun(phrase)))
     }
 
-    /// What fits modifiers, qualifiers and exceptions; then what ranks and sizes pick.
+    /// Objects that fit modifiers, qualifiers and exceptions, reduced to those that ranks and sizes pick.
     pub fn filtered(
         &self,
         phrase: &NounPhrase,

@@ -208,7 +208,7 @@ impl Vocabulary {
     }
 }
 
-/// What precedes the last word, with the space, and the last word.
+/// Splits a phrase into the part before the last word, with the space, and the last word.
 fn split_last(phrase: &str) -> (&str, &str) {
     phrase.split_at(phrase.rfind(' ').map_or(0, |space| space + 1))
 }

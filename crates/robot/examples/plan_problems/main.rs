@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use crate::problems::{ProblemEntry, ProblemFile};
 
-/// What came of one problem.
+/// Result of one problem.
 #[derive(Serialize)]
 struct Solution {
     name: String,
@@ -33,7 +33,7 @@ struct Solution {
     trajectory_us: f64,
     /// 0 if the path could not be timed.
     duration_s: f64,
-    /// What the path takes within the limits of velocity and acceleration alone, with rounded corners.
+    /// Duration of the path within the limits of velocity and acceleration alone, with rounded corners.
     unfiltered_s: f64,
     found_length: f64,
     length: f64,

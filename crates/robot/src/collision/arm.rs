@@ -17,7 +17,7 @@ pub struct Sphere {
     pub radius_m: f64,
 }
 
-/// How a joint moves what comes after it.
+/// Motion by which a joint moves the links after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointMotion {
     /// Turns it about z of the joint's frame, in radians.
@@ -54,7 +54,7 @@ pub struct Arm {
     reach_m: Vec<Vec<f64>>,
 }
 
-/// Why joints and bodies are not an arm.
+/// Reason why joints and bodies are not an arm.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ArmError {
     #[error("an arm has 1 to {MAX_JOINTS} joints, not {0}")]
@@ -173,7 +173,7 @@ impl Arm {
     }
 }
 
-/// How far the farthest point of a body moves for one unit of each joint, at most.
+/// Upper bound of the distance that the farthest point of a body moves for one unit of each joint, meters.
 fn reach_m(joints: &[ArmJoint], body: &ArmBody) -> Vec<f64> {
     let mut reach_m = vec![0.0; joints.len()];
     let mut beyond_m = body.spheres.iter().map(|s| s.center_m.coords.norm() + s.radius_m).fold(0.0, f64::max);

@@ -49,7 +49,7 @@ impl Checker {
         self.backend
     }
 
-    /// Which of eight configurations are in collision: bit `k` belongs to `configurations[k]`.
+    /// Tests eight configurations for collisions: bit `k` is set if `configurations[k]` collides.
     pub fn colliding(&self, configurations: &[Configuration; LANE_COUNT]) -> u8 {
         if !self.base_hit && !self.backend.run(Block { checker: self, configurations }) {
             return 0;
@@ -132,10 +132,11 @@ impl LaneTask for Edge<'_> {
     }
 }
 
-/// Where the first eight points of an edge are.
+/// Positions of the first eight points of an edge, as shares of its length.
 const SHARES: [f32; LANE_COUNT] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0];
 
-/// Where frames and bounding spheres are. It is made once for an edge: to fill it takes as long as a part of a check.
+/// Positions of frames and bounding spheres. One is made for each edge, as filling it takes as long as a part of a
+/// check.
 struct Scratch<L> {
     frames: [LaneFrame<L>; MAX_JOINTS + 1],
     centers_m: [LaneVector<L>; MAX_BODIES],

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point3};
 use super::arm::Arm;
 use super::obstacle::Obstacle;
 
-/// What is nearest to touching.
+/// Pair of bodies, or of body and obstacle, that is nearest to touching, and its distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearance {
     /// The least distance; negative where spheres reach into something.
@@ -39,7 +39,7 @@ pub enum Contact {
 pub struct PathContact {
     /// Index of the segment: it begins at this configuration of the path.
     pub segment: usize,
-    /// Where on the segment, 0..1.
+    /// Position on the segment, 0..1.
     pub share: f64,
     pub clearance: Clearance,
 }
@@ -54,7 +54,7 @@ impl Arm {
         self.bodies().iter().map(place).collect()
     }
 
-    /// What is nearest to touching: for each body its nearest obstacle, and for each pair its nearest spheres.
+    /// Clearances of each body from its nearest obstacle, and of each checked pair of bodies.
     fn clearances(&self, positions: &[f64], obstacles: &[Obstacle]) -> Vec<Clearance> {
         let placed = self.placed_spheres(positions);
         let to_obstacles =
@@ -120,8 +120,8 @@ impl Arm {
     }
 }
 
-/// What a body, as spheres by their centers and radii, is nearest to. Obstacles whose boxes are farther away than the
-/// nearest one so far are left out.
+/// Clearance of a body, given as spheres by their centers and radii, from its nearest obstacle. Obstacles whose boxes
+/// are farther away than the nearest one so far are left out.
 fn nearest_obstacle(body: usize, spheres: &[(Point3<f64>, f64)], obstacles: &[Obstacle]) -> Clearance {
     let bound_m = |solid: &Obstacle| {
         spheres.iter().map(|(c, r)| solid.min_distance_m(c) - r).fold(f64::INFINITY, f64::min)

@@ -31,7 +31,7 @@ pub enum LaneObstacle {
     Hull(Box<LaneHull>),
 }
 
-/// Where a solid is: its center and its axes in the frame of the base.
+/// Pose of a solid: its center and its axes in the frame of the base.
 #[derive(Clone, Debug)]
 pub struct SolidFrame {
     center_m: [f32; 3],

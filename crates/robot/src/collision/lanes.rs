@@ -60,10 +60,10 @@ pub trait LaneTask {
     fn run<L: Lanes>(self, token: L::Token) -> Self::Output;
 }
 
-/// Which instructions the checks use.
+/// Instructions that the checks use.
 #[derive(Clone, Copy, Debug)]
 pub enum Backend {
-    /// Those that the program was compiled for.
+    /// Instructions that the program was compiled for.
     Baseline,
     /// AVX2: one instruction for eight lanes.
     #[cfg(target_arch = "x86_64")]

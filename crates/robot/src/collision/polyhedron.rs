@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-/// How far a corner may lie outside the plane of a face, as a share of the polyhedron's size.
+/// Maximum distance of a corner outside the plane of a face, as a share of the polyhedron's size.
 const CONVEX_SHARE: f64 = 1e-6;
 /// A triangle is left out if its doubled area is less than this share of the square of the polyhedron's size.
 const SLIVER_SHARE: f64 = 1e-12;
@@ -23,13 +23,13 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// How far a point is outside; negative inside.
+    /// Signed distance of a point from the plane, meters; negative inside.
     pub fn height_m(&self, point: &Point3<f64>) -> f64 {
         self.normal.dot(&point.coords) - self.offset_m
     }
 }
 
-/// Why corners and triangles are not a convex polyhedron.
+/// Reason why corners and triangles are not a convex polyhedron.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PolyhedronError {
     #[error("a convex polyhedron needs at least 4 corners and 4 triangles, not {points} and {triangles}")]

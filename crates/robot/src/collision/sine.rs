@@ -8,7 +8,7 @@ use super::lanes::Lanes;
 const ROUNDING_SHIFT: f32 = 12_582_912.0;
 /// The upper bits of pi, so few that a small integer times it is exact.
 const PI_UPPER: f32 = 3.140_625;
-/// What is left of pi.
+/// Remainder of pi after its upper bits.
 const PI_LOWER: f32 = (PI - PI_UPPER as f64) as f32;
 
 /// Sine and cosine, each within 4e-7 for angles up to 30 rad.

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::model::JointLimits;
 
-/// How far rounding may put a position beyond its limit, where it is then moved to.
+/// Maximum excess over a limit that counts as rounding, radians; such positions are moved to the limit.
 const ROUNDING_RAD: f64 = 1e-9;
 
 /// Computes the position within limits that equals `angle_rad` modulo full turns; of several, the one nearest to zero.

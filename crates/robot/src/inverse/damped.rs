@@ -10,13 +10,13 @@ use thiserror::Error;
 use crate::kinematics::{jacobian, tool_pose};
 use crate::model::Robot;
 
-/// When the solver is satisfied, and when it gives up.
+/// Settings of the solver: its tolerances and its limit of steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DampedLeastSquares {
     pub max_steps: usize,
     /// The first damping factor, in meters and radians as the Jacobian mixes them.
     pub damping: f64,
-    /// How far the tool may end from its target.
+    /// Maximum distance of the tool from its target, meters and radians.
     pub position_tolerance_m: f64,
     pub rotation_tolerance_rad: f64,
     /// The share of the way to the rest configuration that the null space moves in one step.

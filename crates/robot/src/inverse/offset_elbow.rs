@@ -37,7 +37,7 @@ pub struct OffsetElbow {
 /// Deviations above this are another geometry.
 const TOLERANCE: f64 = 1e-9;
 
-/// How many positions of the last joint are tried; the second number only where the first found nothing.
+/// Numbers of positions of the last joint that are tried; the second one only where the first found nothing.
 const SAMPLES: [usize; 2] = [64, 512];
 
 /// The steps that narrow down a minimum of the excess: each leaves 0.618 of the interval.
@@ -46,10 +46,11 @@ const NARROWING_STEPS: usize = 40;
 /// The excess where the links cannot meet is above every excess over a limit.
 const OUT_OF_REACH: f64 = std::f64::consts::TAU;
 
-/// What one position of the last joint gives.
+/// Result of one position of the last joint.
 struct Attempt {
     solutions: Vec<[f64; 7]>,
-    /// How far the nearest branch is from a solution; 0 where there is one.
+    /// Excess of the nearest branch over the joint limits, radians; 0 where there is a solution, [`OUT_OF_REACH`] where
+    /// the links cannot meet.
     excess: f64,
 }
 

@@ -20,9 +20,9 @@ pub struct OrthoParallel {
     /// z along the first axis, y along the second, the origin where the first axis is nearest to the second.
     base_from_shoulder: Isometry3<f64>,
     wrist_from_tool: Isometry3<f64>,
-    /// How far the second axis is in front of the first.
+    /// Distance of the second axis in front of the first.
     shoulder_m: f64,
-    /// How far the plane of the arm is beside the first axis.
+    /// Distance of the arm's plane beside the first axis.
     side_m: f64,
     upper_arm_m: f64,
     /// From the third axis to the wrist's center: along the fourth axis, and across it.

@@ -7,7 +7,7 @@ use super::damped::{DampedLeastSquares, NotReached};
 use crate::kinematics::tool_pose;
 use crate::model::Robot;
 
-/// How finely a line is followed.
+/// Accuracy with which a line is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineAccuracy {
     /// The longest way of the tool between two configurations.
@@ -16,7 +16,7 @@ pub struct LineAccuracy {
     pub max_step_rad: f64,
     /// The largest change of one joint between two configurations; a larger one is a jump to another branch.
     pub max_joint_step: f64,
-    /// What finds each configuration from the one before.
+    /// Solver that finds each configuration from the one before.
     pub solver: DampedLeastSquares,
 }
 

@@ -20,7 +20,7 @@ fn random_positions(robot: &Robot, random: &mut ChaCha8Rng) -> Vec<f64> {
         .collect()
 }
 
-/// How far apart two poses are, in meters and radians.
+/// Difference of two poses: the larger of the distance in meters and the angle in radians.
 fn apart(a: &Isometry3<f64>, b: &Isometry3<f64>) -> f64 {
     (a.translation.vector - b.translation.vector).norm().max(a.rotation.angle_to(&b.rotation))
 }

@@ -21,7 +21,7 @@ pub struct ArmSpheres {
     pairs: Vec<(usize, usize)>,
 }
 
-/// How the pose of a link follows from that of its parent.
+/// Relation of the pose of a link to that of its parent.
 #[derive(Clone, Debug)]
 struct Step {
     parent: usize,

@@ -1,4 +1,4 @@
-//! Why a robot's file was refused.
+//! Errors of a robot's file.
 
 use thiserror::Error;
 

@@ -15,11 +15,12 @@ pub(super) struct RobotFile {
     pub name: String,
     /// The name that the manufacturer gives it.
     pub title: String,
-    /// Where the numbers come from, and what is our own.
+    /// Sources of the numbers, and changes made to them.
     pub sources: Vec<String>,
     /// Colors in sRGB, each channel in 0..=1.
     pub materials: BTreeMap<String, [f64; 3]>,
-    /// How far the computed spheres may stick out of the shapes, where a link states nothing else.
+    /// Maximum distance by which the computed spheres may stick out of the shapes, meters, where a link states nothing
+    /// else.
     pub sphere_tolerance_m: f64,
     /// The base first; each other link after its parent.
     pub links: Vec<LinkFile>,
@@ -65,7 +66,7 @@ pub(super) struct JointFile {
     pub drive: Option<DriveFile>,
 }
 
-/// Where the frame of a joint is in the frame of its parent link, at position zero.
+/// Frame of a joint in the frame of its parent link, at position zero.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum OriginFile {
@@ -233,7 +234,7 @@ pub(super) struct IgnoredPairFile {
     pub reason: String,
 }
 
-/// What a variant changes: the joints that it names.
+/// Changes of a variant to the joints that it names.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct VariantFile {

@@ -1,4 +1,4 @@
-//! How far and how fast a joint moves, and how hard it pushes.
+//! Limits of a joint: its range, speed, acceleration, jerk and effort.
 
 /// The limits of one joint: radians and newton meters for one that turns, meters and newtons for one that slides.
 ///

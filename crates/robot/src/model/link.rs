@@ -13,7 +13,7 @@ pub struct Link {
     /// `None` for a frame without a body.
     pub inertia: Option<Inertia>,
     pub shapes: Vec<Shape>,
-    /// How far the spheres that cover the link may stick out of its shapes.
+    /// Maximum distance by which the spheres that cover the link may stick out of its shapes, meters.
     pub sphere_tolerance_m: f64,
 }
 
@@ -25,7 +25,7 @@ pub struct Inertia {
     pub tensor_kg_m2: Matrix3<f64>,
 }
 
-/// What carries a link, and how it moves it.
+/// Joint between a link and its parent.
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub name: String,
@@ -36,7 +36,7 @@ pub struct Joint {
     pub motion: JointMotion,
 }
 
-/// How a joint moves.
+/// Motion of a joint.
 #[derive(Clone, Debug)]
 pub enum JointMotion {
     Fixed,
@@ -55,13 +55,13 @@ pub struct MovingJoint {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MovingKind {
-    /// It turns about the axis; positions are radians.
+    /// Rotation about the axis; positions are radians.
     Revolute,
-    /// It slides along the axis; positions are meters.
+    /// Translation along the axis; positions are meters.
     Prismatic,
 }
 
-/// Where the position of a moving joint comes from.
+/// Source of the position of a moving joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PositionSource {
     /// The entry of the arm's configuration.

@@ -56,7 +56,7 @@ pub struct Tool {
     pub link_from_tool: Isometry3<f64>,
 }
 
-/// Where the robot waits.
+/// Waiting position of the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Home {
     pub positions: Vec<f64>,
@@ -156,9 +156,9 @@ impl Robot {
         })
     }
 
-    /// How far below its joint's position the target of the gripper's servo has to be, for each pad to press with a
-    /// force. One servo pulls all fingers, each with an equal share. What the pads hold stops the joint, so that the
-    /// servo's stiffness makes the force of this difference. For objects thinner than it the target is below 0.
+    /// Difference between the position of the gripper's joint and the target of its servo, for each pad to press with a
+    /// force. One servo pulls all fingers, each with an equal share. A held object stops the joint, so that the servo's
+    /// stiffness makes the force of this difference. For objects thinner than it the target is below 0.
     pub fn gripper_lead(&self, force_n: f64) -> f64 {
         let servo = self.links[self.gripper.link].joint.as_ref().and_then(Joint::moving);
         servo.map_or(0.0, |joint| self.fingers().count() as f64 * force_n / joint.drive.stiffness)

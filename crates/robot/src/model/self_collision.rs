@@ -1,4 +1,4 @@
-//! Which links a robot must not touch itself with.
+//! Pairs of links that must not touch each other.
 
 use crate::model::link::Link;
 use crate::model::robot::Robot;

@@ -22,10 +22,10 @@ pub enum Primitive {
     },
 }
 
-/// Where a shape takes part.
+/// Use of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShapeRole {
-    /// It is seen, and it collides.
+    /// Rendering and collision.
     Both,
     Visual,
     Collision,

@@ -32,7 +32,7 @@ pub struct LinkPose8 {
 }
 
 impl LinkPose8 {
-    /// Where a point of the link is, in the frame of the base: x, y and z.
+    /// Position of a point of the link in the frame of the base: x, y and z.
     #[inline]
     pub fn place(&self, point_m: [f32; 3]) -> [f32x8; 3] {
         let [x, y, z] = point_m.map(f32x8::splat);

@@ -1,8 +1,8 @@
-//! Why there is no plan.
+//! Failures of planning.
 
 use crate::collision::Clearance;
 
-/// Why a planner has no path. The variants and their codes are stable.
+/// Reason why a planner has no path. The variants and their codes are stable.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanFailure {
     #[error("a configuration of the problem has {found} joints; the arm has {expected}")]
@@ -25,7 +25,7 @@ pub enum PlanFailure {
     StraightMotionBlocked { reached: f64, obstacle: StraightMotionObstacle },
 }
 
-/// What a straight motion of the tool meets.
+/// Obstacle of a straight motion of the tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StraightMotionObstacle {
     #[error("no configuration has the tool there")]

@@ -30,7 +30,7 @@ pub struct Plan {
     /// The length of the path in joint space, before and after it was simplified.
     pub found_length: f64,
     pub length: f64,
-    /// How many samples and nodes it took.
+    /// Numbers of samples and nodes that the search used.
     pub samples: usize,
     pub nodes: usize,
 }

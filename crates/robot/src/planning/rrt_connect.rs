@@ -10,7 +10,7 @@ use crate::collision::Checker;
 use crate::collision::lane_arm::Configuration;
 use crate::model::limits::JointLimits;
 
-/// What a search ended with.
+/// Result of a search.
 pub struct Search {
     /// From the start to a goal; `None` if the limits of the settings were met before.
     pub path: Option<Vec<Configuration>>,

@@ -9,7 +9,7 @@ use crate::model::limits::JointLimits;
 /// The bases of the sequence. Two is left out: pairs with it are the least even at first.
 const BASES: [u32; MAX_JOINTS] = [3, 5, 7, 11, 13, 17, 19, 23];
 
-/// Which sequence of configurations a search tries.
+/// Sequence of configurations that a search tries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleOrder {
     /// The Halton sequence from its begin: every search tries the same configurations.
@@ -61,7 +61,7 @@ struct HaltonDigits {
     /// The last digit of the number, and the number without it.
     last: u32,
     others: u32,
-    /// What the other digits add.
+    /// Contribution of the other digits.
     rest: f64,
 }
 

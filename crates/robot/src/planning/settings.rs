@@ -1,4 +1,4 @@
-//! What a planner may spend, and how finely it checks.
+//! Limits of a planner's effort, and the resolution of its checks.
 
 use super::sampler::SampleOrder;
 
@@ -7,9 +7,9 @@ use super::sampler::SampleOrder;
 /// Lengths in joint space are Euclidean: radians, and meters for a joint that slides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanOptions {
-    /// How far a tree grows at once.
+    /// Length by which a tree grows at once.
     pub step: f32,
-    /// How many configurations are checked for each unit of length, at least eight on each edge.
+    /// Number of configurations that are checked for each unit of length, at least eight on each edge.
     pub checks_per_unit: f32,
     /// Distance that is kept from obstacles, and half of it between bodies of the arm.
     pub padding_m: f64,
@@ -35,7 +35,7 @@ pub struct DynamicDomain {
     pub min_radius: f32,
 }
 
-/// How a path is made shorter and smoother.
+/// Settings of making a path shorter and smoother.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimplifySettings {
     /// The most rounds of shortcuts and corner cutting; a round without a change is the last.

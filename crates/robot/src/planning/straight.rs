@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 use super::failure::{PlanFailure, StraightMotionObstacle};
 use super::planner::{Planner, padded};
 
-/// What a straight motion needs to know of an arm's kinematics.
+/// Kinematics of an arm, as a straight motion needs it.
 pub trait ToolKinematics {
     /// The pose of the tool in the frame of the base.
     fn base_from_tool(&self, positions: &[f64]) -> Isometry3<f64>;
@@ -14,7 +14,7 @@ pub trait ToolKinematics {
     fn solve_near(&self, base_from_tool: &Isometry3<f64>, near: &[f64]) -> Option<Vec<f64>>;
 }
 
-/// How finely a straight motion is made.
+/// Resolution of a straight motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StraightOptions {
     /// The tool moves and turns by at most this between two configurations.

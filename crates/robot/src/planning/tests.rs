@@ -9,7 +9,7 @@ use super::*;
 use crate::collision::tests::{random_positions, random_world, seven_joints};
 use crate::collision::{Arm, Obstacle};
 
-/// Where the arm stands before a wall, and where it shall go behind it.
+/// Configurations before and behind a wall.
 const BEFORE: [f64; 7] = [-1.0, 0.8, 0.0, -1.4, 0.0, 2.2, 0.0];
 const BEHIND: [f64; 7] = [1.0, 0.8, 0.0, -1.4, 0.0, 2.2, 0.0];
 

@@ -10,12 +10,12 @@ pub struct Curve {
     spans: Vec<[Vec<f64>; 4]>,
 }
 
-/// What a curve does at the corners of its path.
+/// Treatment of the corners of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Corners {
-    /// It rounds them.
+    /// Rounded corners.
     Rounded,
-    /// It comes to rest at each of them, and is nowhere off the path.
+    /// Rest at each corner; the curve never leaves the path.
     Stopped,
 }
 

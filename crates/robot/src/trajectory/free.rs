@@ -6,7 +6,7 @@ use crate::collision::arm::MAX_JOINTS;
 use crate::collision::lane_arm::Configuration;
 use crate::model::limits::JointLimits;
 
-/// How often the spacing of control points is halved before the motion stops at corners instead.
+/// Maximum number of halvings of the spacing of control points, before the motion stops at corners instead.
 const HALVINGS: usize = 2;
 
 /// Times a free path, with corners so tight that the motion is free too; if need be, it stops at each of them.

@@ -12,7 +12,7 @@ use crate::model::limits::JointLimits;
 /// Grid points for each span of the curve.
 const INTERVALS_PER_SPAN: usize = 6;
 
-/// When a motion is where on its curve: from rest to rest.
+/// Position on the curve as a function of time, from rest to rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimeLaw {
     pieces: Vec<Piece>,
@@ -34,7 +34,7 @@ struct Bound {
     slope: f64,
 }
 
-/// What limits the motion on one interval.
+/// Limits of the motion on one interval.
 #[derive(Default)]
 struct Interval {
     lower: Vec<Bound>,

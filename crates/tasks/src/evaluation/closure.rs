@@ -5,7 +5,7 @@ use geometry::polygon::depth_in_convex_m;
 use super::{Measured, Reason, Situation};
 use crate::posed_object::PosedObject;
 
-/// How far below the rim the bottom of a cover may be, meters: lids reach into what they close.
+/// Maximum depth of a cover's bottom below the rim, meters: lids reach into the containers that they close.
 const LID_DEPTH_M: f64 = 0.015;
 
 impl Situation<'_> {

@@ -12,8 +12,8 @@ use crate::posed_object::PosedObject;
 pub const CONTACT_GAP_M: f64 = 0.003;
 /// Distance of the center of mass beyond the edge of its support that is tolerated, meters.
 pub const OVERHANG_M: f64 = 0.01;
-/// How much farther than half the diagonal of the lower object the upper one may be off its center (ManiSkill's
-/// StackCube), meters.
+/// Maximum offset of the upper object's center from the lower object's, beyond half the diagonal of the lower one
+/// (ManiSkill's StackCube), meters.
 pub const STACK_MARGIN_M: f64 = 0.005;
 
 /// Rise of the lowest point above that of the target, from which an object is on it rather than beside it, meters.

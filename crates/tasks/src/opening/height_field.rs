@@ -93,7 +93,7 @@ impl HeightField {
     }
 }
 
-/// Where the vertical line leaves the convex hull of these planes at the top.
+/// Height at which the vertical line leaves the convex hull of these planes at the top.
 fn top_at(planes: &[(DVec3, f64)], at_m: DVec2) -> Option<f64> {
     const VERTICAL: f64 = 1e-9;
     let (mut low_m, mut high_m) = (f64::NEG_INFINITY, f64::INFINITY);

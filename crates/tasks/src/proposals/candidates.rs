@@ -17,10 +17,10 @@ use crate::validation::require_movable;
 
 /// Pairs of steps that are made.
 const MAX_PAIRS: usize = 200;
-/// How much narrower than the opening an object is, meters.
+/// Minimum difference between the widths of an opening and of an object that goes into it, meters.
 const MIN_SLACK_M: f64 = 0.01;
 
-/// How much more space than its width an object needs at the edge of the table, meters.
+/// Minimum free space beyond its width that an object needs at the edge of the table, meters.
 const MIN_ROOM_M: f64 = 0.03;
 
 /// A goal with its kind.
@@ -112,7 +112,7 @@ fn are_apart(first: &Candidate, second: &Candidate) -> bool {
     a.object != b.object && a.target.as_ref() != Some(&b.object) && b.target.as_ref() != Some(&a.object)
 }
 
-/// What the robot can grasp and lift, what nothing rests on, and what does not lie deep in a container.
+/// Whether the robot can grasp and lift the object, nothing rests on it, and it does not lie deep in a container.
 fn is_movable(object: usize, scene: &TaskScene, robot: &RobotLimits) -> bool {
     let supports = scene.supports();
     if supports.branch(object).count() > 1 {

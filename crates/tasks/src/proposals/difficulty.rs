@@ -1,4 +1,4 @@
-//! How difficult a task is, from its goal and the scene.
+//! Difficulty of a task, from its goal and the scene.
 
 use glam::{DVec2, DVec3};
 use scene::predicates::NEXT_TO_M;
@@ -18,9 +18,8 @@ const USUAL_PRECISION_M: f64 = 0.03;
 /// From where the table is seen: before the front edge and above it, meters.
 const VIEW_M: [f64; 2] = [0.5, 0.7];
 
-/// What makes a task difficult. `overall` is the mean of five terms, each from 0 to 1:
-/// `(objects - 1) / 3` and `(steps - 1) / 3` up to 1, `clutter / 6` up to 1, `occlusion`, and
-/// `0.03 m / (0.03 m + precision_m)`.
+/// Difficulty of a task and its causes. `overall` is the mean of five terms, each from 0 to 1: `(objects - 1) / 3` and
+/// `(steps - 1) / 3` up to 1, `clutter / 6` up to 1, `occlusion`, and `0.03 m / (0.03 m + precision_m)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Difficulty {
@@ -30,7 +29,7 @@ pub struct Difficulty {
     pub clutter: usize,
     /// Share of these that is hidden to a viewer at the front edge, 0 to 1.
     pub occlusion: f64,
-    /// How far off a placement may be, meters: the smallest of the steps.
+    /// Tolerance of placements, meters: the smallest of the steps.
     pub precision_m: f64,
     /// Objects picked up and put down; a swap takes three.
     pub steps: usize,
@@ -66,7 +65,7 @@ impl Difficulty {
     }
 }
 
-/// How far off the object may be that the predicate places.
+/// Tolerance of the placement that the predicate asks for, meters.
 fn precision_m(predicate: &GoalPredicate, scene: &TaskScene) -> f64 {
     let posed = |name: &scene::InstanceId| scene.index_of(name).map(|index| &scene.posed()[index]);
     let target = predicate.target.as_ref().and_then(posed);

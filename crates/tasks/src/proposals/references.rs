@@ -65,7 +65,7 @@ impl References {
     }
 }
 
-/// What the object is called, without a color.
+/// Noun for the object, without a color.
 fn noun_of(object: &EditableObject) -> String {
     match category(&object.category) {
         Some(category) if !object.stand_in => category.label.clone(),

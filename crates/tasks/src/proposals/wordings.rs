@@ -22,7 +22,7 @@ pub struct Wordings {
     pub specific: String,
 }
 
-/// How much a wording says.
+/// Level of detail of a wording.
 #[derive(Clone, Copy, PartialEq)]
 enum Detail {
     Vague,

@@ -116,7 +116,7 @@ fn is_modifier(word: &Word, words: &[Word]) -> bool {
     side.contains(&word.text.as_str()) && after_determiner && before_noun
 }
 
-/// Where a phrase begins with its determiners, ranks and quantities.
+/// Start of a phrase with its determiners, ranks and quantities, in bytes.
 fn extended_start(text: &str, words: &[Word], start: usize) -> usize {
     let before: Vec<&Word> = words.iter().filter(|word| word.bytes.end <= start).collect();
     let mut from = start;
@@ -147,7 +147,7 @@ fn is_rank(word: &str) -> bool {
     ordinal.contains(&word) || (word.ends_with("est") && word.len() > 4) || word.ends_with("most")
 }
 
-/// Where a phrase ends with the relations that describe it.
+/// End of a phrase with the relations that describe it, in bytes.
 fn extended_end(
     text: &str,
     words: &[Word],

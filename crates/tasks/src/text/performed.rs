@@ -6,14 +6,14 @@
 
 use scene::text_account::PredicateKind;
 
-/// What the verbs of instructions may be, in words, for messages.
+/// Verbs that instructions may use, in words, for messages.
 pub const PERFORMED: &str = "pick up, hold, put, place, move, push, take out, remove, stack, swap, turn and stand up \
                              objects: say what should be where at the end, such as \"put the apple in the bowl\"";
 
 /// Predicates that a verb may state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum States {
-    /// Where an object is, and how it stands.
+    /// Place of an object, and its attitude.
     Places,
     /// As [`Self::Places`]; also that it is in the hand, or no longer where it was.
     Takes,
@@ -123,13 +123,13 @@ const IRREGULAR: &[(&str, &str)] = &[
     ("stuck", "stick"),
 ];
 
-/// What a word states as a verb, in any of its forms; `None` for a word that is no performed verb.
+/// Predicates that a word may state as a verb, in any of its forms; `None` for a word that is no performed verb.
 pub(super) fn states(word: &str) -> Option<States> {
     let known = |base: &str| VERBS.iter().find(|(_, verbs)| verbs.contains(&base)).map(|(states, _)| *states);
     bases(word).iter().find_map(|base| known(base))
 }
 
-/// What a word may be a form of, the word itself first.
+/// Base forms of a word, the word itself first.
 fn bases(word: &str) -> Vec<String> {
     let mut bases = vec![word.to_owned()];
     bases.extend(IRREGULAR.iter().filter(|(form, _)| *form == word).map(|(_, base)| (*base).to_owned()));

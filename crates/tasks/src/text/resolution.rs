@@ -10,7 +10,7 @@ use super::Reading;
 use super::noun_phrases::NounPhrase;
 use crate::refusal::Refusal;
 
-/// What a phrase means, and the bytes of the text that say it.
+/// Objects that a phrase means, and its bytes in the text.
 #[derive(Clone, Debug)]
 pub(super) struct Resolved {
     /// Indices of objects of the scene, ascending, not empty.

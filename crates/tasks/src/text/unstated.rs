@@ -1,5 +1,4 @@
-//! What an instruction says beside its goal and no goal states: recipients, amounts, turns to a direction, conditions
-//! and negations.
+//! Parts of an instruction that no goal states: recipients, amounts, turns to a direction, conditions and negations.
 
 use scene::text_account::{GoalPredicate, PredicateKind};
 

@@ -105,7 +105,7 @@ impl<'a> Sentence<'a> {
         between.chars().any(|c| !c.is_whitespace() && !matches!(c, '-' | '"' | '\'' | '“' | '”'))
     }
 
-    /// Where the first sentence with a part of the goal begins; 0 without a goal.
+    /// Index of the word at which the first sentence with a part of the goal begins; 0 without a goal.
     pub fn first_instruction(&self) -> usize {
         let Some(goal) = self.goals.iter().position(|goals| !goals.is_empty()) else { return 0 };
         let begins = |at: &usize| {

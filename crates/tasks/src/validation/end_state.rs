@@ -235,7 +235,7 @@ impl EndState<'_> {
     }
 }
 
-/// Which predicate of an object leads the search: supports, then relations, then what is left.
+/// Order in which predicates of an object lead the search: supports, then relations, then the rest.
 fn rank(kind: PredicateKind) -> u8 {
     use PredicateKind as P;
     match kind {
