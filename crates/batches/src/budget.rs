@@ -30,7 +30,7 @@ impl BatchBudget {
         Self { total, spent: MicroUsd::ZERO, promised: MicroUsd::ZERO }
     }
 
-    /// What has been spent.
+    /// Cost of the requests that have ended.
     pub fn spent(&self) -> MicroUsd {
         self.spent
     }

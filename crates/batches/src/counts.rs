@@ -19,7 +19,7 @@ pub enum RequestState {
     Cancelled,
     /// Another request of the batch asks for the same scene.
     Duplicate,
-    /// It cannot be read, or a value in it will not do.
+    /// Line that cannot be read, or a value in it that is out of range.
     Invalid,
 }
 

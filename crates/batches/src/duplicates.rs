@@ -20,7 +20,7 @@ pub struct Registry {
 /// Whether a request is computed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Admission {
-    /// It is the first of its name and of its content.
+    /// First request of its name and of its content.
     New,
     /// An earlier request has the name; this one is an error.
     NameTaken {
@@ -31,7 +31,7 @@ pub enum Admission {
     Duplicate {
         /// Name of the earlier request.
         first: String,
-        /// Its line.
+        /// Line of the earlier request.
         first_place: u64,
     },
 }

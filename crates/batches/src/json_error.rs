@@ -6,7 +6,7 @@ use serde_json::Value;
 use serde_json::error::Category;
 use serde_path_to_error::Segment;
 
-/// Why a text is no value of a type.
+/// Error of reading a text as a value of a type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct JsonError {
     /// Whether the text is no JSON at all.

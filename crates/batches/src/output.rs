@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::counts::RequestState;
 
-/// What came of one request.
+/// Result of one request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OutputLine {
     /// `None` for a line whose name cannot be read.
@@ -13,7 +13,7 @@ pub struct OutputLine {
     pub state: RequestState,
     /// `pass` or `quarantine`, once certified.
     pub verdict: Option<String>,
-    /// Where the bundle is, relative to the folder of the batch.
+    /// Path of the bundle, relative to the folder of the batch.
     pub bundle: Option<String>,
     pub error: Option<OutputError>,
     /// Duration of the computation of all stages together, seconds. Stages that were found are not counted.
@@ -25,7 +25,7 @@ pub struct OutputLine {
     pub duplicate_of: Option<String>,
 }
 
-/// Why a request has no result, and where the cause stands.
+/// Reason why a request has no result, and the place of the cause.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OutputError {
     /// Stable, `[a-z0-9_]+`.

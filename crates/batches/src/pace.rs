@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// What was measured so far.
+/// Progress so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pace {
     /// Requests that ended in `elapsed`.

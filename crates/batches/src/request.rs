@@ -32,7 +32,7 @@ pub struct BatchRequest {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "an object")]
 pub struct RequestBody {
-    /// What stands on the table; beside an image, what is in it.
+    /// Description of the objects on the table; beside an image, of its content.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -53,7 +53,7 @@ pub struct ImageFile {
     pub path: String,
 }
 
-/// What a request asks for: equal for requests that give the same scene.
+/// Digest of the scene that a request asks for: equal for requests that give the same scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RequestDigest(pub u128);
 

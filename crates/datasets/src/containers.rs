@@ -18,7 +18,7 @@ pub struct Containers {
     pub scenes: Vec<(StoredScene, String)>,
     /// In the order in which they were written.
     pub files: Vec<FileEntry>,
-    /// How many an earlier, interrupted freeze had written.
+    /// Number of containers that an earlier, interrupted freeze had written.
     pub kept: usize,
 }
 

@@ -34,7 +34,7 @@ pub struct DatasetManifest {
     /// SHA-256 of what was asked for: scenes, splits, filter, layout. Equal inputs are one version.
     pub inputs_digest: String,
     pub counts: Counts,
-    /// Which scenes there were, and why some are not in the dataset.
+    /// Scenes that there were, and reasons why some are not in the dataset.
     pub selection: Selection,
     pub filter: Filter,
     pub splits: Splits,
@@ -67,7 +67,7 @@ pub struct Counts {
     pub splits: BTreeMap<String, usize>,
 }
 
-/// How scenes were divided.
+/// Division of the scenes into splits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Splits {
     pub plan: SplitPlan,
@@ -78,7 +78,7 @@ pub struct Splits {
     pub statement: Vec<String>,
 }
 
-/// How scenes are stored.
+/// Storage of the scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Layout {

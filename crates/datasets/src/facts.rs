@@ -1,4 +1,4 @@
-//! What a dataset knows of a scene: the values that filters, splits, statistics and licenses are computed from.
+//! Facts about a scene: the values that filters, splits, statistics and licenses are computed from.
 
 use std::collections::BTreeMap;
 

@@ -27,7 +27,7 @@ use crate::splits::{self, SplitPlan};
 use crate::statistics::{self, Statistics};
 use crate::versions;
 
-/// What is frozen, and how.
+/// Order to freeze scenes as a version of a dataset.
 #[derive(Clone, Debug)]
 pub struct FreezeRequest {
     /// Lower-case letters, digits, `-` and `_`.

@@ -1,4 +1,4 @@
-//! What two scenes may share, and which kinds of sharing keep them in one split.
+//! Parts that two scenes may share, and the kinds of sharing that keep them in one split.
 
 use std::str::FromStr;
 

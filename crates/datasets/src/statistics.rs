@@ -82,7 +82,7 @@ pub struct SplitStatistics {
     pub objects: usize,
 }
 
-/// How often a category occurs.
+/// Number of occurrences of a category.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CategoryCount {
     pub category: String,

@@ -11,7 +11,7 @@ use crate::spread::spread;
 /// Places that are tried for what stands on the table, and arrangements of all.
 const PLACES: usize = 20;
 const ARRANGEMENTS: usize = 10;
-/// What is moved keeps this distance from all else, meters.
+/// Distance that moved objects keep from everything else, meters.
 const GAP_M: f64 = 0.004;
 /// Points of objects may reach over the edge of the table by this, meters, or by as much as they did.
 const OVERHANG_M: f64 = 0.0;
@@ -25,8 +25,8 @@ fn root(setup: &Setup, object: usize) -> usize {
     at
 }
 
-/// Which objects of the scene are present. A stack stays if the task names any of it, or if its lowest object was not
-/// drawn as absent.
+/// For each object of the scene, whether it is present. A stack stays if the task names any of it, or if its lowest
+/// object was not drawn as absent.
 pub(crate) fn present(setup: &Setup, work: &Work, absent: &[bool]) -> Vec<bool> {
     let is_named = |object: usize| {
         let name = setup.scene.objects[object].name.as_str();
@@ -116,7 +116,8 @@ pub(crate) fn is_apart(
     placed.iter().all(|other| !are_closer(&posed(object, pose), &posed(*other, &poses[*other]), gap_m))
 }
 
-/// How far all of an object is inside the edge of the table; negative where it reaches over it.
+/// Smallest depth of an object's points inside the edge of the table, seen from above, meters; negative where it
+/// reaches over the edge.
 pub(crate) fn depth_inside_m(setup: &Setup, object: usize, world_from_object: &Pose) -> f64 {
     let points = setup.shapes[object].points(world_from_object);
     points.map(|point| setup.scene.outline.depth_inside_m(point.truncate())).fold(f64::INFINITY, f64::min)

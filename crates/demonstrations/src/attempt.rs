@@ -22,17 +22,18 @@ use crate::vectors::frame_vectors;
 
 /// Objects may move so far until they rest, meters; more is no arrangement.
 const MAX_SETTLING_M: f64 = 0.005;
-/// They have this time for it, seconds.
+/// Time for settling, seconds.
 const SETTLE_S: f64 = 2.0;
 /// Natural frequency of contacts: the highest that this simulation permits; a robot's world has stiffer ones.
 const CONTACT_FREQUENCY_HZ: f64 = 500.0;
 
-/// What became of an attempt.
+/// Result of an attempt.
 #[derive(Debug)]
 pub enum Attempted {
     /// The task was done.
     Succeeded(Box<EpisodeUnit>),
-    /// It was not: a short stable name of the reason, and what happened, if there was a motion and it is wanted.
+    /// Failure: a short stable name of the reason, details for people, and the episode, if there was a motion and it is
+    /// wanted.
     Failed { reason: String, detail: String, unit: Option<Box<EpisodeUnit>> },
 }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::sample::CameraSample;
 
-/// What a camera is fixed to.
+/// Frame that a camera is fixed to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mount {
@@ -64,7 +64,7 @@ pub fn usual(name: &str, work_m: DVec3, base_m: DVec3, side_px: u32) -> Option<C
 }
 
 impl CameraSpec {
-    /// What is wrong with it, if anything.
+    /// Describes the fault of the values, if there is one.
     pub fn fault(&self) -> Option<String> {
         if !(0.1..=2.8).contains(&self.fov_x_rad) {
             return Some(format!("fov_x_rad is {}, choose 0.1 to 2.8", self.fov_x_rad));

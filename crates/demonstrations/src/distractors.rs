@@ -12,11 +12,11 @@ use crate::spread::spread;
 
 /// Places that are tried for each.
 const PLACES: usize = 30;
-/// They keep this distance from all else, meters: room for a finger.
+/// Distance that distractors keep from everything else, meters: room for a finger.
 const GAP_M: f64 = 0.03;
 /// And this from the edge of the table.
 const FROM_EDGE_M: f64 = 0.01;
-/// Their origins keep this distance from the axis of the robot's base, meters.
+/// Minimum distance of their origins from the axis of the robot's base, meters.
 const FROM_BASE_M: f64 = 0.3;
 
 /// An object that the scene does not have. It stands upright in its frame: its lowest point is at z = 0.
@@ -25,13 +25,13 @@ pub struct Distractor {
     pub mesh: TexturedMesh,
 }
 
-/// How many there are: evenly from 0 to `max_count`.
+/// Draws the number of distractors: evenly from 0 to `max_count`.
 pub(crate) fn count(rng: &mut impl Rng, max_count: f64) -> usize {
     (rng.random::<f64>() * (max_count + 1.0)).floor() as usize
 }
 
-/// Which of the setup's distractors are there, and where; `None` for those that are not. One for which no free place
-/// is found is left out. `present` and `poses` are of the objects of the scene.
+/// Poses of the setup's distractors; `None` for those that are absent. One for which no free place is found is left
+/// out. `present` and `poses` are of the objects of the scene.
 pub(crate) fn places(
     setup: &Setup,
     work: &Work,

@@ -12,13 +12,13 @@ const OF_OBJECTS: [&str; 6] = ["ceramic", "plastic", "rubber", "stoneware", "fab
 /// The one that the catalog does not have: its metals have their own colors.
 const LACQUERED_METAL: &str = "lacquered_metal";
 const LACQUERED_METAL_ROUGHNESS: f32 = 0.35;
-/// What is behind glass has no color and no depth of its own in images.
+/// Material that is never drawn: objects behind glass have no color and no depth of their own in images.
 const LEFT_OUT: &str = "glass";
 
 /// A material that was drawn.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FinishSample {
-    /// Its name in the catalog.
+    /// Name of the material in the catalog.
     pub material: String,
     /// Of its texture.
     pub seed: u32,

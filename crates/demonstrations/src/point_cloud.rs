@@ -1,4 +1,4 @@
-//! What all cameras see as one cloud of points in the world.
+//! Points that all cameras see, as one cloud in the world.
 //!
 //! Points are centers of pixels that show the table, an object or the robot; floor and backdrop are left out. Of an
 //! even choice of these, each point is the one that is farthest from all before it (farthest point sampling), so that

@@ -1,4 +1,4 @@
-//! What differs between the demonstrations of a dataset, and by how much.
+//! Differences between the demonstrations of a dataset, and their amplitudes.
 
 use scene::Violation;
 use serde::{Deserialize, Serialize};
@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Randomization {
-    /// Where objects stand on the table, along each axis, meters, with all that they carry.
+    /// Positions of objects on the table, along each axis, meters, with all that they carry.
     pub position_m: f64,
-    /// How they are turned, radians.
+    /// Yaws of objects, radians.
     pub yaw_rad: f64,
     /// The probability that an object is absent which the task does not name.
     pub absent_distractors: f64,
-    /// How many other objects of the catalog there are at most; they are drawn evenly from none on.
+    /// Maximum number of other objects of the catalog; the number is drawn evenly from none on.
     pub added_distractors: f64,
     /// Factor of the colors of objects, each channel.
     pub object_color: f64,

@@ -1,4 +1,4 @@
-//! What is stated of an episode, and from what it can be made again.
+//! Record of an episode, from which it can be made again.
 
 use geometry::Pose;
 use manipulation::execution::PickReport;
@@ -37,7 +37,7 @@ pub struct EpisodeRecord {
     pub cameras: Vec<CameraSpec>,
     pub randomization: Randomization,
     pub world_from_base: Pose,
-    /// What was drawn.
+    /// Values that the randomization drew.
     pub sample: Sample,
     /// Poses of the objects after they came to rest, before the robot moves: `world_from_object`, of those present.
     pub initial_poses: Vec<(String, Pose)>,

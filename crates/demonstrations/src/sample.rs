@@ -1,4 +1,4 @@
-//! What the randomization drew for one demonstration.
+//! Values that the randomization drew for one demonstration.
 
 use geometry::{DVec3, Pose};
 use rand::RngExt as _;
@@ -52,7 +52,7 @@ pub struct LightSample {
     pub brightness_factor: f64,
 }
 
-/// What a camera differs by, in its own axes.
+/// Deviation of a camera, in its own axes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraSample {
     pub offset_m: DVec3,

@@ -1,4 +1,4 @@
-//! What all demonstrations of a dataset share.
+//! Data that all demonstrations of a dataset share.
 
 use episodes::EpisodeError;
 use episodes::description::{CameraDescription, DatasetDescription, InstanceIdWidth};
@@ -25,30 +25,30 @@ use crate::vectors::{action_layout, servo_layout, state_layout};
 /// One task, with what is found once for all of its demonstrations.
 pub struct Work {
     pub task: Task,
-    /// Those of the objects that it moves.
+    /// Grasps of the objects that the task moves.
     pub grasps: GraspBook,
-    /// Where the robot stands.
+    /// Pose of the robot's base.
     pub world_from_base: Pose,
 }
 
-/// What all demonstrations share. [`Setup::new`] is the only way to make one.
+/// Data that all demonstrations share. [`Setup::new`] is the only way to make one.
 pub struct Setup {
     pub(crate) scene: TaskScene,
-    /// What each object stands on.
+    /// Supporter of each object.
     pub(crate) supporters: Vec<Supporter>,
-    /// How many of the objects belong to the scene; the distractors follow them.
+    /// Number of the objects that belong to the scene; the distractors follow them.
     own_objects: usize,
     /// The collision shapes of the objects.
     pub(crate) shapes: Vec<CollisionShape>,
     /// The table first, then the objects.
     pub(crate) meshes: Vec<TexturedMesh>,
-    /// Which objects can have another material, and whether the table can.
+    /// For each object, whether it can have another material; then whether the table can.
     pub(crate) is_of_one_color: Vec<bool>,
     pub(crate) is_table_of_catalog: bool,
     pub(crate) link_meshes: Vec<TexturedMesh>,
     pub(crate) robot: Robot,
     pub(crate) works: Vec<Work>,
-    /// Where the only work stands among the tasks of the dataset, if that has more.
+    /// Place of the only work among the tasks of the dataset, if that has more.
     place: Option<TaskPlace>,
     pub(crate) cameras: Vec<CameraSpec>,
     pub(crate) randomization: Randomization,
@@ -63,7 +63,7 @@ pub struct Setup {
 /// A scene for demonstrations.
 pub struct SceneParts {
     pub scene: TaskScene,
-    /// What each object stands on, in the order of the objects.
+    /// Supporter of each object, in the order of the objects.
     pub supporters: Vec<Supporter>,
     /// Of the table first, then of the objects.
     pub meshes: Vec<TexturedMesh>,
@@ -73,7 +73,7 @@ pub struct SceneParts {
     pub digest: String,
 }
 
-/// What is wanted.
+/// Options of the recording.
 pub struct Wanted {
     pub cameras: Vec<CameraSpec>,
     /// Frames per second.
@@ -98,7 +98,7 @@ pub struct TaskPlace {
     pub instructions: Vec<String>,
 }
 
-/// Why there can be no demonstrations.
+/// Reason why there can be no demonstrations.
 #[derive(Debug, thiserror::Error)]
 pub enum SetupError {
     #[error("no task was given")]
@@ -242,7 +242,7 @@ impl Setup {
         })
     }
 
-    /// How many objects belong to the scene.
+    /// Number of objects that belong to the scene.
     pub(crate) fn own_objects(&self) -> usize {
         self.own_objects
     }
@@ -286,7 +286,7 @@ impl Setup {
         &self.randomization
     }
 
-    /// What the ids of instances in images mean: the place in the list is the id; 0 is none.
+    /// Names of the instances in images: the index in the list is the id; 0 is none.
     pub fn instances(&self) -> Vec<String> {
         let objects = self.scene.objects.iter().map(|object| object.name.clone());
         ["none".to_owned(), "table".to_owned()]

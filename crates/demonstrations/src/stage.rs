@@ -21,7 +21,7 @@ const STILL_RAD: f64 = 2e-3;
 /// Nothing is written that is farther away, meters.
 const FAR_M: f32 = episodes::description::MAX_DEPTH_M;
 
-/// What one camera sees.
+/// Image and measurements of one camera.
 pub(crate) struct CameraView {
     pub image: Image,
     /// Along the optical axis, meters; 0 where nothing is in sight. Empty if it is not recorded, as are the ids.
@@ -31,7 +31,7 @@ pub(crate) struct CameraView {
     pub world_from_camera: [f64; 16],
 }
 
-/// What is shown of one demonstration: the scene in its drawn colors, and the light.
+/// Visible content of one demonstration: the scene in its drawn colors, and the light.
 pub(crate) struct Props {
     /// The table first, then the objects.
     meshes: Vec<TexturedMesh>,
@@ -71,7 +71,7 @@ pub(crate) struct Stage<'a> {
     sample: &'a Sample,
     world_from_base: Isometry3<f64>,
     sequence: ImageSequence<'a>,
-    /// Which of [`Stage::parts`] move, in the order of the sequence.
+    /// Indices of the moving ones of [`Stage::parts`], in the order of the sequence.
     moving: Vec<usize>,
     /// Of each camera that is fixed to the world.
     layers: Vec<Option<StillLayer>>,

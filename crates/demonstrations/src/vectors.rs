@@ -102,7 +102,7 @@ fn motion_limits(limits: &JointLimits, factor: f64) -> MotionLimits {
     }
 }
 
-/// How much of the robot's limits a recorded motion uses.
+/// Shares of the robot's limits that a recorded motion uses.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SharesOfLimits {
     /// Of the planned motion.

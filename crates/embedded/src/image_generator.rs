@@ -174,7 +174,7 @@ impl ImageGenerator for EmbeddedImageGenerator {
     }
 }
 
-/// What an image is rendered for.
+/// Purpose of a rendered image.
 #[derive(Clone, Copy, PartialEq)]
 enum Wanted {
     Scene,

@@ -131,7 +131,7 @@ pub struct LayoutProblem<'a> {
     /// Indices are those of `objects`.
     pub stated: &'a StatedDemands,
     pub outline: &'a Outline,
-    /// What may stay unmet.
+    /// Demands that may stay unmet.
     pub max_yielding: Yielding,
 }
 
@@ -140,7 +140,7 @@ pub struct LayoutProblem<'a> {
 pub struct LayoutOutcome {
     /// `world_from_object`, in the order of the objects.
     pub poses: Vec<Pose>,
-    /// What was permitted to stay unmet in the successful attempt; it may be met nevertheless.
+    /// Demands that were permitted to stay unmet in the successful attempt; they may be met nevertheless.
     pub yielded: Yielding,
 }
 

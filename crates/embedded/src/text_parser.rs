@@ -82,7 +82,7 @@ pub struct DescribeOptions {
     pub max_objects: usize,
     /// Table specification that overrides the text.
     pub table: Option<TableSpec>,
-    /// What happens to objects that the catalog does not have.
+    /// Treatment of objects that the catalog does not have.
     pub on_unknown: OnUnknown,
 }
 

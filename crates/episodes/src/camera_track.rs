@@ -1,4 +1,4 @@
-//! What an episode unit holds of one camera: encoded frames, and per frame K and the pose.
+//! Content of an episode unit for one camera: encoded frames, and per frame K and the pose.
 
 use imaging::Image;
 use video::{Sample, VideoEncoder, VideoError};

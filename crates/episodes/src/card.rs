@@ -14,7 +14,7 @@ use crate::vector_layout::VectorLayout;
 /// Episodes whose strips the card shows.
 const SHOWN_STRIPS: u64 = 4;
 
-/// What the caller knows about a dataset and the crate does not.
+/// Facts about a dataset that the caller knows and this crate does not.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DatasetCard {
     pub title: String,
@@ -22,15 +22,16 @@ pub struct DatasetCard {
     pub license: String,
     /// Programs and data with their versions.
     pub versions: Vec<(String, String)>,
-    /// What varies between episodes, with ranges and units. Markdown.
+    /// Variation between episodes, with ranges and units. Markdown.
     pub randomization: String,
-    /// How one episode is made again from its record. Markdown.
+    /// Instructions for making one episode again from its record. Markdown.
     pub regeneration: String,
-    /// How often attempts ended how, by `success` or reason; also those that are not in the dataset.
+    /// Number of attempts by result, `success` or the reason of a failure; also of attempts that are not in the
+    /// dataset.
     pub attempts: BTreeMap<String, u64>,
 }
 
-/// What was added to a dataset, as its card states it.
+/// Content of a dataset, as its card states it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DatasetSummary {
     pub episodes: u64,
@@ -183,7 +184,7 @@ fn feature_table(description: &DatasetDescription, format: Format) -> String {
     table
 }
 
-/// What was recorded and this format does not keep, and where it is.
+/// Text about recorded data that this format does not keep, and the formats that do; `None` if it keeps all.
 fn missing_text(description: &DatasetDescription, format: Format, formats: &[Format]) -> Option<String> {
     let cameras = description.cameras();
     let recorded = [

@@ -1,4 +1,4 @@
-//! Which files a dataset has, by their paths: what may be replaced together with it, and what is of others.
+//! Paths of the files of a dataset: these may be replaced together with it; other files belong to others.
 
 use crate::format::Format;
 

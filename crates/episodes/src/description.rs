@@ -1,4 +1,4 @@
-//! What a dataset holds: the robot, the rate, the numbers of states and actions, cameras and tasks.
+//! Description of a dataset: the robot, the rate, the numbers of states and actions, cameras and tasks.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -11,7 +11,7 @@ use crate::vector_layout::VectorLayout;
 /// Depth is written as 16-bit millimeters, so nothing may be further away.
 pub const MAX_DEPTH_M: f32 = 65.535;
 
-/// How large the ids of instances can be.
+/// Width of the ids of instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InstanceIdWidth {
@@ -140,7 +140,7 @@ impl DatasetDescription {
         &self.action
     }
 
-    /// What the servos pull to; `None` without such numbers.
+    /// Layout of the servo targets; `None` without such numbers.
     pub fn servo_command(&self) -> Option<&VectorLayout> {
         self.servo_command.as_ref()
     }

@@ -10,7 +10,7 @@ use crate::point_cloud::PointCloudTrack;
 use crate::preview::PreviewEncoder;
 use crate::unit::EpisodeUnit;
 
-/// What errors of the small video name in place of a camera.
+/// Name of the small video in errors, in place of a camera.
 const PREVIEW: &str = "preview";
 
 /// An episode that is being recorded.

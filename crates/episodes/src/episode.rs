@@ -1,9 +1,9 @@
-//! What is known of an episode besides its frames.
+//! Facts about an episode besides its frames.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Which episode it is, and from what it can be made again.
+/// Identity of an episode, and the record from which it can be made again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpisodeHeader {
     /// The number of the attempt. Datasets take episodes in ascending numbers, number them anew without gaps, and
@@ -16,7 +16,7 @@ pub struct EpisodeHeader {
     pub record: Value,
 }
 
-/// How an episode ended.
+/// Result of an episode.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "outcome")]
 pub enum Outcome {

@@ -1,4 +1,4 @@
-//! Why an episode or a dataset cannot be written: each error states what was attempted, on what, and what to do.
+//! Errors of writing episodes and datasets: each states what was attempted, on what, and what to do.
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How LeRobot datasets store images.
+/// Storage of images in LeRobot datasets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageStorage {
     /// H.264 in MP4: small, with errors of compression. H.264 is covered by patents in some countries.
@@ -11,7 +11,7 @@ pub enum ImageStorage {
     Png,
 }
 
-/// How the format of plain files stores depth.
+/// Storage of depth in the format of plain files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DepthStorage {
     /// PNG with 16 bits a pixel, in millimeters; 0 where nothing is in sight.
@@ -33,7 +33,7 @@ pub enum Format {
     ParquetAndPng { depth: DepthStorage },
 }
 
-/// What an episode unit holds of each camera. Streams are zlib streams of little-endian numbers.
+/// Encodings of each camera's data in an episode unit. Streams are zlib streams of little-endian numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Encodings {
     /// H.264 samples.
@@ -93,7 +93,7 @@ impl Encodings {
         [self.depth_png || self.depth_zlib, self.ids_png || self.ids_zlib, self.points_zlib]
     }
 
-    /// What these formats need.
+    /// Encodings that these formats need.
     pub fn of(formats: &[Format]) -> Self {
         let mut all = Self::default();
         for format in formats {

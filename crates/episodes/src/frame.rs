@@ -9,25 +9,25 @@ use imaging::Image;
 use crate::description::{CameraDescription, DatasetDescription, InstanceIdWidth, MAX_DEPTH_M};
 use crate::point_cloud::{self, PointCloud};
 
-/// How far the axes of a camera may be from an orthonormal right-handed basis.
+/// Maximum deviation of a camera's axes from an orthonormal right-handed basis.
 const RIGIDITY_TOLERANCE: f64 = 1e-4;
 
-/// What a robot measured and was asked for at one time.
+/// Measurements and commands of a robot at one time.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame<'a> {
     /// The measured state, before the action.
     pub state: &'a [f32],
     /// The commanded target, which is sent after the state was measured.
     pub action: &'a [f32],
-    /// What the servos pull to for it, where the dataset has that beside the action; else empty.
+    /// Servo targets for the action, where the dataset has them beside it; else empty.
     pub servo_command: &'a [f32],
     /// One for each camera of the dataset, in its order.
     pub cameras: &'a [CameraFrame<'a>],
-    /// What all cameras see, as points, where the dataset has them.
+    /// Points that all cameras see, where the dataset has them.
     pub points: Option<PointCloud<'a>>,
 }
 
-/// What one camera saw at one time.
+/// Image and measurements of one camera at one time.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraFrame<'a> {
     /// Row 0 is the top; transparency is ignored.
@@ -44,7 +44,7 @@ pub struct CameraFrame<'a> {
 
 type Fault = (String, &'static str);
 
-/// What is wrong with a frame, if anything.
+/// First fault of a frame, if it does not fit the description.
 pub(crate) fn fault_of(frame: &Frame, description: &DatasetDescription) -> Option<Fault> {
     let vectors = description
         .state()

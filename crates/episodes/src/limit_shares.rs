@@ -1,4 +1,4 @@
-//! How much of a robot's limits a motion uses.
+//! Shares of a robot's limits that a motion uses.
 //!
 //! A motion is a list of rows at an even rate. Velocity, acceleration and jerk are the first, second and third
 //! differences of its numbers, over as many powers of the time between rows: means over that time of what the motion
@@ -13,7 +13,7 @@ use crate::vector_layout::VectorElement;
 pub struct LimitShares {
     /// The name of the number with its unit.
     pub name: String,
-    /// How far it is from the center of its range, over half of the range; 1 is at the end.
+    /// Distance from the center of the range, over half of the range; 1 is at the end.
     pub position: f64,
     pub velocity: f64,
     pub acceleration: f64,

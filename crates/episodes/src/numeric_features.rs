@@ -5,7 +5,7 @@ use crate::unit::EpisodeUnit;
 
 pub(crate) const STATE: &str = "observation.state";
 pub(crate) const ACTION: &str = "action";
-/// It does not begin with `action`: LeRobot would take it for one.
+/// Name that does not begin with `action`, because LeRobot would take such a feature for an action.
 pub(crate) const SERVO_COMMAND: &str = "servo_command";
 
 /// A feature of `names.len()` f32 numbers a frame.

@@ -1,4 +1,4 @@
-//! Where an episode is in a dataset.
+//! Place of an episode in a dataset.
 
 use crate::description::DatasetDescription;
 use crate::unit::EpisodeUnit;

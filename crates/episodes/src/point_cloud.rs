@@ -18,8 +18,8 @@ pub struct PointCloud<'a> {
     pub instance_ids: &'a [u16],
 }
 
-/// What an episode unit holds of point clouds: zlib streams of little-endian numbers, one a frame. Empty where they
-/// are not recorded, or no format needs them.
+/// Point clouds of an episode unit: zlib streams of little-endian numbers, one a frame. Empty where they are not
+/// recorded, or no format needs them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointCloudTrack {
     /// f32, meters: point x 3.
@@ -46,7 +46,7 @@ impl PointCloudTrack {
     }
 }
 
-/// What is wrong with the points of a frame of a dataset that has `points` of them, and what to do about it.
+/// Fault of the points of a frame of a dataset that has `points` of them, and the correction.
 pub(crate) fn fault_of(cloud: Option<&PointCloud>, points: Option<u32>) -> Option<(String, &'static str)> {
     let (cloud, points) = match (cloud, points) {
         (None, None) => return None,

@@ -8,7 +8,7 @@ use video::{VideoEncoder, VideoError};
 use crate::description::DatasetDescription;
 use crate::strip::{CHUNK, small_size_px, thumbnail_of};
 
-/// Where the video of an episode is in the folder of a format.
+/// Path of an episode's video in the folder of a format.
 pub(crate) fn preview_path(episode_index: u64) -> String {
     format!("strips/chunk-{:03}/episode_{episode_index:06}.mp4", episode_index / CHUNK)
 }

@@ -14,7 +14,7 @@ const FRAME_WIDTH_PX: u32 = 128;
 /// Episodes in a folder of strips.
 pub(crate) const CHUNK: u64 = 1000;
 
-/// Where the strip of an episode is in the folder of a format.
+/// Path of an episode's strip in the folder of a format.
 pub(crate) fn strip_path(episode_index: u64, camera: &str) -> String {
     format!("strips/chunk-{:03}/episode_{episode_index:06}_{camera}.png", episode_index / CHUNK)
 }

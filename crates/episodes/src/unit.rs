@@ -41,7 +41,7 @@ impl EpisodeUnit {
         &self.outcome
     }
 
-    /// How many frames it has; at least one.
+    /// Number of frames; at least one.
     pub fn frames(&self) -> usize {
         self.frames
     }
@@ -56,7 +56,7 @@ impl EpisodeUnit {
         &self.action
     }
 
-    /// What the servos pull to, row by row; empty where the description has no such numbers.
+    /// Servo targets, row by row; empty where the description has no such numbers.
     pub fn servo_command(&self) -> &[f32] {
         &self.servo_command
     }

@@ -31,7 +31,7 @@ impl Unit {
         }
     }
 
-    /// What people read in the table of features.
+    /// Text for the table of features.
     pub fn text(self) -> &'static str {
         match self {
             Self::Radians => "rad",

@@ -1,4 +1,4 @@
-//! What the numbers of a state or an action are: names, units, ranges, and groups such as arm and gripper.
+//! Numbers of a state or an action: names, units, ranges, and groups such as arm and gripper.
 
 use std::ops::Range;
 
@@ -11,14 +11,15 @@ use crate::unit_of_measure::Unit;
 /// One number of a state or an action.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VectorElement {
-    /// What moves with it, such as `arm` or `gripper`; neighbors of equal groups form one part of `modality.json`.
+    /// Part of the robot that it belongs to, such as `arm` or `gripper`; neighbors of equal groups form one part of
+    /// `modality.json`.
     pub group: String,
     /// The name without its unit.
     pub name: String,
     pub unit: Unit,
     /// The smallest and the largest value it may have, in its unit. robomimic needs it of actions.
     pub range: Option<[f32; 2]>,
-    /// What the robot can do, where that is known. Values beyond are stated in the card of a dataset, and not refused.
+    /// Limits of the robot, where they are known. Values beyond are stated in the card of a dataset, and not refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<MotionLimits>,
 }
@@ -173,7 +174,7 @@ impl VectorLayout {
         &self.0
     }
 
-    /// How many numbers a vector has; never 0.
+    /// Number of the numbers in a vector; never 0.
     pub fn dimension(&self) -> usize {
         self.0.len()
     }
@@ -212,7 +213,7 @@ impl VectorLayout {
         })
     }
 
-    /// What is wrong with a vector, if anything.
+    /// Fault of a vector, if any, and the correction.
     pub(crate) fn fault_of(&self, kind: &str, values: &[f32]) -> Option<(String, &'static str)> {
         if values.len() != self.dimension() {
             let what = format!("the {kind} has {} numbers, the dataset {}", values.len(), self.dimension());

@@ -22,7 +22,7 @@ pub struct AddressPolicy {
     private_hosts: Arc<BTreeSet<String>>,
 }
 
-/// Why a URL or a host is refused.
+/// Reason why a URL or a host is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AddressError {
     #[error("{0:?} is no URL with a host")]

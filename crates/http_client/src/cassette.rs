@@ -42,7 +42,7 @@ struct Track {
     position: usize,
 }
 
-/// Why a cassette cannot be used.
+/// Reason why a cassette cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum CassetteError {
     #[error("the recording {place} cannot be used: {source}; name another in providers.cassette")]

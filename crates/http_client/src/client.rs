@@ -66,7 +66,7 @@ impl Connectors {
     }
 }
 
-/// Why a request brought no response.
+/// Failure of a request without a response.
 #[derive(Debug, thiserror::Error)]
 pub enum SendError {
     #[error(transparent)]

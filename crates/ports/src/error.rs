@@ -33,7 +33,7 @@ impl fmt::Display for Port {
     }
 }
 
-/// Why a port gave no answer. Codes are stable, `[a-z0-9_]+`; clients may match on them.
+/// Failure of a port to answer. Codes are stable, `[a-z0-9_]+`; clients may match on them.
 #[derive(Debug, thiserror::Error)]
 pub enum ProviderError {
     /// The adapter lacks the capability; another one may have it.

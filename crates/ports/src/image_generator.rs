@@ -74,7 +74,7 @@ pub struct ImageAnnotations {
     pub recognition: Recognition,
     /// Visible pixels of each object, in the order of `recognition.objects`; empty where the object is hidden.
     pub masks: Vec<InstanceMask>,
-    /// How closely `masks` follow the image.
+    /// Accuracy of `masks` along the edges of objects.
     pub mask_edges: MaskEdges,
     /// Visible pixels of the table.
     pub table_mask: Mask,

@@ -86,7 +86,7 @@ pub const ANSWERED: &str = "answered";
 /// The outcome of a call where it is unknown whether the vendor answered and billed it.
 pub const OUTCOME_UNKNOWN: &str = "outcome_unknown";
 
-/// Why a call is refused or could not be recorded.
+/// Reason why a call is refused or could not be recorded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LedgerError {
     #[error(

@@ -1,4 +1,5 @@
-//! What a text says is in an image: the objects that a recognition should search for, and categories that are absent.
+//! Statements of a text about an image: the objects that a recognition should search for, and categories that are
+//! absent.
 //!
 //! The text beside an image is described like a text alone ([`SceneAnalyst::describe`](crate::SceneAnalyst::describe)).
 //! [`RecognitionHints::of`] keeps of the description what holds for an image: the objects that the text names, not
@@ -39,7 +40,7 @@ pub struct NamedObject {
     pub label: String,
     /// Catalog category, or the hidden category of a stand-in.
     pub category: String,
-    /// What its category stands in for, where the catalog does not have the object.
+    /// The requested object that its category replaces, where the catalog does not have it.
     #[serde(flatten, serialize_with = "scene::stand_in::fields::serialize")]
     pub stand_in: Option<StandIn>,
     /// Upright extents, meters: stated, or one of many possible.

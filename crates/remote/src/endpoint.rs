@@ -37,7 +37,7 @@ pub struct Endpoint {
     pub model: String,
     pub base_url: String,
     pub key: Option<Secret>,
-    /// How requests are authenticated with the key.
+    /// Authentication of requests with the key.
     pub auth: Auth,
     /// The header of idempotency keys; empty where the vendor supports none.
     pub idempotency_header: String,

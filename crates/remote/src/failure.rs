@@ -55,7 +55,7 @@ pub enum Billed {
     No,
     /// The vendor answered; the response states the cost.
     Yes,
-    /// It is unknown whether the vendor processed the request.
+    /// No response, so the vendor may have processed the request.
     Unknown,
 }
 

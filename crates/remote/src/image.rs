@@ -17,7 +17,7 @@ const MAX_SIDE_PX: u32 = 4096;
 const LIMITS: DecodeLimits =
     DecodeLimits { max_side_px: MAX_SIDE_PX, max_pixels: u64::MAX, max_decoded_bytes: 256 << 20 };
 
-/// Why the bytes of a response are not accepted as an image.
+/// Reason why the bytes of a response are not accepted as an image.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageRefused {
     #[error("they are no PNG, JPEG or WebP file")]

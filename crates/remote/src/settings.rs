@@ -155,7 +155,7 @@ pub struct ImagesSettings {
     pub reference_size: ReferenceSize,
     /// Rendering quality; high costs most.
     pub quality: ImageQuality,
-    /// How closely inpainted objects follow the sent images; high costs more.
+    /// Fidelity of inpainted objects to the sent images; high costs more.
     pub input_fidelity: InputFidelity,
     /// Repeated requests after an unusable image (0..=5).
     pub redraws: u32,
@@ -342,7 +342,7 @@ impl ImageQuality {
     }
 }
 
-/// How closely a generated image follows the sent images.
+/// Fidelity of a generated image to the sent images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InputFidelity {

@@ -75,7 +75,7 @@ pub trait Protocol: Sync {
     fn cancel_path(&self, id: &str) -> Option<String>;
 }
 
-/// Why no file was obtained.
+/// Reason why no file was obtained.
 enum Stopped {
     /// The vendor's job will give no file.
     Over(ProviderError),

@@ -1,4 +1,4 @@
-//! Where the programs of PostgreSQL are installed.
+//! Folders of the installed programs of PostgreSQL.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

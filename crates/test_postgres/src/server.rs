@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::programs;
 
-/// How long a server may take until it answers.
+/// Maximum time until a started server answers.
 const START_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Runs the server (arguments 3 and following) until the input ends, which it does with the test process; then stops it

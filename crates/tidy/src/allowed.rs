@@ -1,4 +1,4 @@
-//! Where a banned word is the standard term of the domain.
+//! Files in which a banned word is the standard term of the domain.
 
 /// An exception: in files whose path starts with `path`, `words` are allowed in identifiers and comments.
 #[derive(Debug)]

@@ -32,7 +32,7 @@ pub fn total(counts: &Counts, rule: Rule) -> usize {
     counts.iter().filter(|((_, counted), _)| *counted == rule).map(|(_, count)| count).sum()
 }
 
-/// Where the counts of the tree differ from the budget, in either direction.
+/// Differences between the counts of the tree and the budget, in either direction.
 pub fn differences(actual: &Counts, budget: &Counts) -> Vec<String> {
     let mut keys: Vec<_> = actual.keys().chain(budget.keys()).collect();
     keys.sort();

@@ -9,8 +9,8 @@ pub struct Dependency {
     pub line: usize,
 }
 
-/// What the package needs to build: `[dependencies]` and `[build-dependencies]`, of every target. Tests may depend on
-/// anything, so `[dev-dependencies]` do not count.
+/// Dependencies that the package needs to build: `[dependencies]` and `[build-dependencies]`, of every target. Tests
+/// may depend on anything, so `[dev-dependencies]` do not count.
 pub fn dependencies(manifest: &str) -> Vec<Dependency> {
     let (mut found, mut in_table) = (Vec::new(), false);
     for (i, line) in manifest.lines().enumerate() {

@@ -42,7 +42,7 @@ pub struct VideoEncoder {
     samples: Vec<Sample>,
 }
 
-/// Why a video cannot be written.
+/// Reason why a video cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum VideoError {
     #[error("encoding a video of {width_px} x {height_px} pixels: both must be even and from 16 to 4096")]

@@ -28,11 +28,11 @@ pub struct Mp4File<W: Write + Seek> {
     sample_sizes: Vec<u32>,
     /// Numbers of the key frames, from 1.
     key_frames: Vec<u32>,
-    /// Where each clip begins in the file, and its frames.
+    /// Offset of each clip in the file, bytes, and its number of frames.
     clips: Vec<(u64, u32)>,
 }
 
-/// Why a clip cannot be added to a file.
+/// Reason why a clip cannot be added to a file.
 #[derive(Debug, thiserror::Error)]
 pub enum Mp4Error {
     #[error("adding a clip to a video file: the clip has no frames; add one first")]

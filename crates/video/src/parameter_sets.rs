@@ -4,7 +4,7 @@
 //! once in the file's header.
 
 const SEQUENCE_PARAMETER_SET: u8 = 7;
-/// What the standard names the set of parameters that frames share.
+/// Unit type of the parameters that the slices of a frame share.
 const PER_IMAGE_PARAMETER_SET: u8 = 8;
 
 /// The settings that a decoder needs before the first frame.

@@ -174,7 +174,7 @@ fn slot_values(values: &Value, pointer: &str, errors: &mut Errors) -> Vec<String
     texts.collect()
 }
 
-/// What no text of a scene may have, whatever the slots are.
+/// Fault of a text of a scene that does not depend on its slots, if there is one.
 fn text_fault(text: &str) -> Option<String> {
     let length = text.chars().count();
     if length > MAX_TEMPLATE_CHARS {

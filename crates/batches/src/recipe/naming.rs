@@ -14,7 +14,7 @@ const LENGTHS: [usize; 8] = [32, 24, 16, 12, 8, 5, 3, 0];
 #[derive(Clone, Debug)]
 pub(super) struct Names(Option<Vec<Vec<String>>>);
 
-/// What determines the length of names.
+/// Quantities that determine the length of names.
 pub(super) struct Extent<'a> {
     /// Slots of each template.
     pub(super) templates: Vec<&'a [usize]>,

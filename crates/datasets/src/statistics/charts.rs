@@ -9,9 +9,9 @@ const WIDTH: f64 = 680.0;
 /// A chart of counts.
 pub struct Chart<'a> {
     pub title: &'a str,
-    /// What the bars stand for, with its unit.
+    /// Quantity of the bars, with its unit.
     pub axis: &'a str,
-    /// What is counted.
+    /// Counted items.
     pub counted: &'a str,
 }
 

@@ -53,7 +53,7 @@ fn joint_targets_and_tool_poses_are_the_same_command() {
     }
 }
 
-/// What the arm cannot reach is found out in endless attempts.
+/// Without this refusal, a goal out of reach would cost endless attempts.
 #[test]
 fn goals_out_of_reach_are_refused_before_any_attempt() {
     let mut parts = parts();

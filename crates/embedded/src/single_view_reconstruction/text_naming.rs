@@ -18,7 +18,8 @@ use vision::{ImageReading, ObjectReading};
 pub struct ObjectNames {
     /// The named object of the text that it is, by its index.
     pub named: Vec<Option<usize>>,
-    /// Its category. For an object that the text names, the fit of that category, if its mesh could be compared.
+    /// Category of the object. For an object that the text names, the fit of that category, if its mesh could be
+    /// compared.
     pub categories: Vec<Option<CategoryAssignment>>,
     /// Factor from the image's lengths to meters, if sizes are stated or typical sizes agree.
     pub scale: Option<f64>,

@@ -150,7 +150,7 @@ fn plural_of_misspelled(lexicon: &Lexicon, word: &str) -> Option<String> {
     is_wrong_plural(lexicon, word).then(|| lexicon.vocabulary.plural_of(&singular))
 }
 
-/// How far a word is from a known one, the likeliest error first: letters that differ, whether the word alone names no
+/// Distance of a word from a known one, the likeliest error first: letters that differ, whether the word alone names no
 /// object, the kind of error, and the difference in length.
 type Rank = (usize, bool, Slip, usize);
 

@@ -220,7 +220,7 @@ struct Parser<'a, 'c> {
     selected_parts: Vec<(Selector, usize)>,
     /// Number of members of the current list to which a predicate has been applied.
     predicated: usize,
-    /// Where a predicate may follow without a verb ("the cup is white, the saucer blue").
+    /// Position at which a predicate may follow without a verb ("the cup is white, the saucer blue").
     predicate_at: Option<usize>,
     /// The relation that the last verb of the sentence stated ("the left one holds ..., the right one ...").
     gap: Option<LinkKind>,
@@ -236,9 +236,9 @@ struct Parser<'a, 'c> {
     each_subject: Option<usize>,
     /// A set of which the text is about to name the members ("some fruit, such as ...").
     open_set: Option<usize>,
-    /// What every following member of the list is ("two towers: ..."); a stack is no group.
+    /// Group that every following member of the list is ("two towers: ..."); a stack is no group.
     each_member: Option<Option<Group>>,
-    /// What the next phrase is arranged as ("stack three saucers", "line up four mugs").
+    /// Arrangement of the next phrase ("stack three saucers", "line up four mugs").
     arranged_next: Option<(Frame, Range<usize>)>,
     /// An arrangement that the following members of the list join.
     open_group: Option<usize>,
@@ -254,11 +254,11 @@ struct Parser<'a, 'c> {
     acted: Vec<usize>,
     /// Objects of instructions that a later sentence may introduce ("put the eggs in the bowl; there are two eggs").
     expected: Vec<usize>,
-    /// Those of "each egg".
+    /// Objects of "each egg".
     each: Vec<usize>,
     /// The objects that have fallen, and from what.
     fallen: Option<(Vec<usize>, action::Path)>,
-    /// What everything is to leave, with the words that say so.
+    /// Containers that everything is to leave, with the words that ask for it.
     emptied: Vec<(usize, Range<usize>)>,
     /// Objects that may be there, and need not.
     permitted: Vec<usize>,

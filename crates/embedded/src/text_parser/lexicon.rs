@@ -41,7 +41,7 @@ pub(super) struct Entry {
     pub stands_in: bool,
 }
 
-/// How a phrase names its meaning.
+/// Manner in which a phrase names its meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Naming {
     Count,

@@ -208,7 +208,8 @@ pub(super) fn noun_phrase(lexicon: &Lexicon, tokens: &[Token], at: usize) -> Opt
     Some((chunk.phrase, end))
 }
 
-/// What names the objects of a phrase without a head: its last word that says nothing else ("one" of "the blue one").
+/// Tokens that name the objects of a phrase without a head: its last word without another meaning ("one" of "the blue
+/// one").
 fn headless(phrase: &NounPhrase, tokens: Range<usize>) -> Range<usize> {
     if phrase.properties.is_empty() && phrase.counts.is_empty() && phrase.states.is_empty() {
         return tokens;

@@ -56,7 +56,7 @@ pub(super) struct Phrases {
     pub language: Language,
 }
 
-/// What is not to be on the table.
+/// Phrases that exclude objects from the table.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Exclusion {
@@ -66,7 +66,7 @@ pub(super) struct Exclusion {
     pub negations: PhraseList,
     /// Verbs that ask for objects.
     pub asks: PhraseList,
-    /// They close a list.
+    /// Words that close a list.
     pub closed: PhraseList,
     /// After what is excluded.
     pub after: PhraseList,
@@ -76,7 +76,7 @@ pub(super) struct Exclusion {
     pub anything_else: PhraseList,
 }
 
-/// Who acts: "let the robot arm".
+/// Phrases for the agent: "let the robot arm".
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Agent {
@@ -127,7 +127,7 @@ pub(super) struct GoalHeading {
 #[serde(deny_unknown_fields)]
 pub(super) struct EndStates {
     pub modals: PhraseList,
-    /// They link a subject to its end state.
+    /// Verbs that link a subject to its end state.
     pub copulas: PhraseList,
     pub adverbs: PhraseList,
     /// Openers of a clause that states the outcome of an action.
@@ -151,7 +151,7 @@ pub(super) struct Arrangement {
 pub(super) struct Remark {
     /// After what has no importance.
     pub indifferent: PhraseList,
-    /// What a text calls itself.
+    /// Nouns by which a text names itself.
     pub kinds: PhraseList,
 }
 
@@ -179,7 +179,7 @@ pub(super) struct List {
     pub totals: PhraseList,
     /// Before a count that they leave unchanged.
     pub hedges: PhraseList,
-    /// What has happened to an object.
+    /// Verbs of events that happened to an object.
     pub falls: PhraseList,
 }
 

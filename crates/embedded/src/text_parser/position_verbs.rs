@@ -5,7 +5,7 @@ use super::lexicon::Lexicon;
 use super::prepositions::{place_at, preposition_at};
 use super::tokens::{Source, Token, match_phrase, word};
 
-/// What follows only a verb with several subjects.
+/// Phrases that follow only a verb with several subjects.
 const MUTUAL: &[&str] = &[
     "side by side",
     "next to each other",

@@ -161,7 +161,7 @@ const MAX_CARRIER_GROWTH: f64 = 1.8;
 /// Width of a carrier over that of what would cover it: the border that shows.
 const SHOWN_BORDER: f64 = 1.08;
 
-/// What is lower than this share of its width lies flat and can cover what carries it.
+/// Height as a share of the smaller width below which an object lies flat and can cover its supporter.
 const FLAT: f64 = 0.35;
 
 /// Enlarges carriers whose size the text leaves open and which what lies flat on them would cover whole (a plate below

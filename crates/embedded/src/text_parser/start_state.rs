@@ -19,7 +19,7 @@ pub(super) struct DraftPredicate {
     pub is_restored: bool,
 }
 
-/// What the start state cannot be.
+/// Predicates that no start state can violate visibly.
 #[derive(Debug, Default)]
 pub(super) struct Unviolated {
     /// Predicates that every start state satisfies.
@@ -132,7 +132,8 @@ fn of_goal(draft: &Draft, goal: &GoalDraft, stacked: bool) -> Vec<DraftPredicate
     predicates
 }
 
-/// Where an object is that has been brought to another: in it, on it if it is flat or made to carry, or beside it.
+/// Relation of an object to another one that it has been brought to: in it, on it if it is flat or made to carry, or
+/// beside it.
 fn reached(item: &Category, host: &Category) -> RelationKind {
     const CARRIES: &[&str] = &["shelf", "cabinet", "display_stand", "stove", "dish_rack", "kitchen_scale"];
     match at(item, host) {

@@ -217,7 +217,7 @@ pub(super) fn fits(item: &Category, host: &Category, kind: RelationKind) -> bool
     }
 }
 
-/// What a container of this size holds, cubic meters, where the catalog knows it for the typical size.
+/// Capacity of a container of this size, cubic meters, where the catalog knows it for the typical size.
 fn capacity_m3(vessel: &Category, vessel_m: DVec3) -> Option<f64> {
     let scale = vessel_m.element_product() / vessel.size.typical_m().element_product();
     vessel.container_volume_m3.map(|volume_m3| scale * volume_m3)

@@ -21,7 +21,7 @@ pub(super) fn span_of(source: &Source, tokens: Range<usize>) -> TextSpan {
     TextSpan { start, end, text: source.text[start..end].to_owned() }
 }
 
-/// What the tokens mean.
+/// Meanings of the tokens.
 pub(super) fn understood(
     draft: &Draft,
     parsed: &ParsedText,
@@ -223,7 +223,7 @@ pub(super) fn categories_of(lexicon: &Lexicon, meanings: &[Meaning]) -> Vec<Stri
     names
 }
 
-/// What has no effect, with the nearest known words.
+/// Words without effect, with the nearest known ones.
 pub(super) fn unrecognized(lexicon: &Lexicon, account: &Account, source: &Source) -> Vec<Unrecognized> {
     let mut parts: Vec<Unrecognized> = Vec::new();
     for report in &account.reports {

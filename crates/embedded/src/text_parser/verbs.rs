@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::tokens::{Token, match_phrase, word};
 
-/// What a verb does to its objects.
+/// Effect of a verb on its objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Frame {
@@ -47,7 +47,7 @@ struct VerbFile {
     request: Requests,
 }
 
-/// What substances are poured from if the text does not say.
+/// Vessel from which substances are poured if the text names none.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Vessel {
@@ -88,7 +88,7 @@ pub(super) struct Verbs {
     phrases: BTreeMap<String, Frame>,
     /// First words of the phrases.
     forms: BTreeSet<String>,
-    /// Those in their base form.
+    /// First words of the phrases, in their base form.
     bases: BTreeSet<String>,
     participles: BTreeMap<String, Frame>,
     modifiers: BTreeSet<String>,

@@ -90,7 +90,7 @@ pub(super) struct GrammarWords {
     pub compound_heads: BTreeSet<String>,
     pub openers: BTreeSet<String>,
     pub closers: BTreeSet<String>,
-    /// They end a noun phrase, unless they belong to a phrase of the lexicon.
+    /// Words that end a noun phrase, unless they belong to a phrase of the lexicon.
     pub boundaries: BTreeSet<String>,
     pub scene_words: BTreeSet<String>,
 }

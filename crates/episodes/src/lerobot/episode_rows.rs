@@ -8,7 +8,7 @@ use crate::lerobot::rolling_video::VideoPlace;
 use crate::parquet_table::{Column, Table};
 use crate::placement::Placement;
 
-/// What is known of an episode that was written.
+/// Row of a written episode.
 pub(crate) struct EpisodeRow {
     pub place: Placement,
     pub outcome: Outcome,

@@ -10,7 +10,7 @@ use crate::parquet_table::{Column, Table};
 use crate::placement::Placement;
 use crate::unit::EpisodeUnit;
 
-/// What a file of frames states as key and value: which columns are images, for the library `datasets`.
+/// Keys and values in the metadata of a file of frames: the columns that are images, for the library `datasets`.
 pub(crate) fn frame_metadata(
     description: &DatasetDescription,
     images: ImageStorage,

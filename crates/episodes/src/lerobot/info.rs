@@ -8,7 +8,7 @@ use crate::format::ImageStorage;
 use crate::lerobot::FILES_A_CHUNK;
 use crate::numeric_features::numeric_features;
 
-/// What was added to a dataset.
+/// Numbers of episodes and frames that were added to a dataset.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Totals {
     pub episodes: u64,

@@ -44,7 +44,7 @@ impl RollingData {
         Self { folder, limit_bytes, metadata, number: FileNumber::default(), file: None }
     }
 
-    /// Which file a table of so many bytes will go into. It ends a file that would become too large.
+    /// File into which a table of so many bytes will go. It ends a file that would become too large.
     pub fn file_for(&mut self, bytes: u64) -> Result<FileNumber, EpisodeError> {
         let is_full = |file: &mut ParquetFile| file.bytes() + bytes > self.limit_bytes;
         if let Some(file) = self.file.take_if(is_full) {

@@ -11,7 +11,7 @@ use crate::description::CameraDescription;
 use crate::lerobot::rolling_data::FileNumber;
 use crate::part_folder::make_folder;
 
-/// Where an episode is in the video files of a camera.
+/// Position of an episode in the video files of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct VideoPlace {
     pub number: FileNumber,

@@ -1,4 +1,4 @@
-//! How often each channel of an image had each of its 256 values: enough for exact statistics.
+//! Counts of each of the 256 values of an image's channels: enough for exact statistics.
 
 use imaging::Image;
 

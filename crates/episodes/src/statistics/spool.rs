@@ -121,7 +121,7 @@ impl Spool {
     }
 }
 
-/// Where a rank is in a table of counts: the entry, and the rank inside it.
+/// Position of a rank in a table of counts: the entry, and the rank inside it.
 fn place(counts: &[u64], rank: u64) -> (u32, u64) {
     let mut below = 0;
     for (entry, count) in (0_u32..).zip(counts) {

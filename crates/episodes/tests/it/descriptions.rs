@@ -1,4 +1,4 @@
-//! What is invalid is refused with the place, the fault and the correction.
+//! Refusals of invalid descriptions state the place, the fault and the correction.
 
 use episodes::description::{CameraDescription, DatasetDescription};
 use episodes::episode::{EpisodeHeader, Outcome};

@@ -37,7 +37,7 @@ pub struct Arguments {
     config: ConfigOptions,
 }
 
-/// What became of a category.
+/// Results of a category.
 #[derive(Debug, Serialize)]
 struct Outcome<'a> {
     category: &'a str,
@@ -46,7 +46,7 @@ struct Outcome<'a> {
     thinnest_m: f64,
     candidates: usize,
     tried: usize,
-    /// How far the object slipped while it was shaken, in the grasp that was stable.
+    /// Distance that the object slipped while it was shaken, in the grasp that was stable.
     stable_slip_m: Option<f64>,
     /// The same in the best of the others.
     unstable_slip_m: Option<f64>,

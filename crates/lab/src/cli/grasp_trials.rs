@@ -34,14 +34,14 @@ pub struct Arguments {
     /// Same scene and seed: same grasps
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Where `robot.xml` is written
+    /// Folder for `robot.xml`
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     #[command(flatten)]
     config: ConfigOptions,
 }
 
-/// What the trials have in common.
+/// Values that all trials have in common.
 #[derive(Debug, Serialize)]
 struct Header<'a> {
     robot: &'a str,
@@ -49,7 +49,7 @@ struct Header<'a> {
     hand_body: &'a str,
     tool_site: &'a str,
     gripper_joint: &'a str,
-    /// How far the pads are apart for each meter that the gripper's joint is from closed.
+    /// Distance between the pads for each meter that the gripper's joint is from closed.
     opening_per_position: f64,
     trial: &'a TrialSettings,
 }

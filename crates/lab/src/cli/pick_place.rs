@@ -25,7 +25,7 @@ use tabletopgen::cli::options::ConfigOptions;
 use tabletopgen::cli::{Exit, Failure, terminal};
 use tabletopgen::pipeline::task_scene::of_archive;
 
-/// What is tried when a motion was not planned may begin until then.
+/// Time limit for the persistent planner, which tries a motion again that was not planned.
 const ANYTHING: Duration = Duration::from_secs(10);
 /// Objects that are tried as a support before an object is put on the table only.
 const SUPPORTS: usize = 4;
@@ -59,7 +59,7 @@ enum Line {
     None { object: String, support: Option<String>, no_problem: NoProblem },
 }
 
-/// What became of a motion problem.
+/// Result of a motion problem.
 #[derive(Debug, Serialize)]
 struct MotionRecord {
     /// The name of the pick and place in its scene; its two motions share it.
@@ -81,7 +81,7 @@ struct MotionRecord {
     motion_is_free: bool,
     /// A free path exists, whatever found it.
     solvable: bool,
-    /// Why it was not solved, or where it touches what.
+    /// Reason why it was not solved, or the contact on its path.
     detail: Option<String>,
 }
 

@@ -32,7 +32,7 @@ pub struct Arguments {
     /// The folder that `tabletopgen execute --out` wrote
     #[arg(long, value_name = "DIR")]
     execution: PathBuf,
-    /// How often the motion is made, each time from its start
+    /// Number of times that the motion is made, each from its start
     #[arg(long, value_name = "N", default_value_t = 1)]
     times: u32,
 }

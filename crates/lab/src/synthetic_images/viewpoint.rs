@@ -10,7 +10,7 @@ use super::table::Table;
 use geometry::{Camera, Pose};
 use runtime::seed::Rng;
 
-/// What the image frames.
+/// Content of the image's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Framing {

@@ -1,4 +1,4 @@
-//! What of a description holds for an image, and what it does to a recognition.
+//! Parts of a description that hold for an image, and their effect on a recognition.
 
 use serde_json::{Value, json};
 

@@ -8,7 +8,7 @@ use super::Endpoint;
 use crate::tencent::ACTION_HEADER;
 use crate::tencent::signature::{Signed, authorization};
 
-/// How a key authenticates requests.
+/// Method by which a key authenticates requests.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Auth {
     /// The key is sent as `Authorization: Bearer`.

@@ -31,7 +31,7 @@ const MIN_TRANSPARENT: f64 = 0.05;
 /// Alpha from which a pixel belongs to the object.
 const SOLID: u8 = 128;
 
-/// How a model inpaints.
+/// Settings of inpainting with a model.
 pub(crate) struct InpaintSettings {
     /// The name of the adapter.
     pub adapter: &'static str,

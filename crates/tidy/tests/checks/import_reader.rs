@@ -1,4 +1,4 @@
-//! What the import checks find and what they let pass, by example.
+//! Examples of imports that the checks find and that they let pass.
 
 use tidy::imports::{manifest_findings, path_findings};
 use tidy::manifest::dependencies;

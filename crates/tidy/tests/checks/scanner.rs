@@ -1,4 +1,4 @@
-//! What the lexer keeps and drops, by example.
+//! Examples of text that the lexer keeps and drops.
 
 use tidy::Rule;
 use tidy::lexer::lex;

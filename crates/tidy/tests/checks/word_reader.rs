@@ -1,4 +1,4 @@
-//! Which words are banned and which pass, by example.
+//! Examples of words that are banned and that pass.
 
 use tidy::Rule;
 use tidy::source::Source;

@@ -39,7 +39,7 @@ fn laid_out(text: &str, seed: u64) -> SampledLayout {
 }
 
 impl SampledLayout {
-    /// Where an object is for the person at a plate: to the right, and away from the person, meters.
+    /// Position of an object for the person at a plate: to the right, and away from the person, meters.
     fn as_seen_from(&self, plate: usize, object: usize) -> DVec2 {
         let at = self.footprint(plate).center();
         let outward = (0..120).map(|k| DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 120.0));

@@ -45,7 +45,7 @@ pub(super) enum PathKind {
     State(String),
 }
 
-/// How objects stand to each other at the end.
+/// Arrangement of the objects at the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Formation {
     Stack,
@@ -367,7 +367,8 @@ impl Parser<'_, '_> {
         false
     }
 
-    /// Where a further step begins that leaves out its verb: "put the apple in the bowl, then the spoon next to it".
+    /// Position at which a further step begins that leaves out its verb: "put the apple in the bowl, then the spoon
+    /// next to it".
     fn next_step_of_same_verb(&self, action: &Action) -> Option<usize> {
         const THEN: [&str; 5] = ["then", "afterwards", "next", "finally", "lastly"];
         let then = self.at + usize::from(self.word(0) == Some("and"));

@@ -220,7 +220,7 @@ impl Parser<'_, '_> {
         true
     }
 
-    /// What is wiped away is no object: "the dirt", "the crumbs".
+    /// Reads matter that is wiped away and is no object: "the dirt", "the crumbs". Returns whether the rule applies.
     fn dirt(&mut self, action: &mut Action) -> bool {
         let the = usize::from(matches!(self.word(0), Some("the" | "any" | "all" | "some")));
         let is_dirt = matches!(

@@ -1,6 +1,6 @@
-//! What a relation attaches to: the object of the same preposition before it ("a fork behind a spoon behind a cup"),
-//! the vessel of what is in it ("three lemons in a bowl, a knife to its right"), a support with its load ("in a bowl at
-//! the back"), and an arrangement ("in front of the pile").
+//! Referents of relations: the object of the same preposition before it ("a fork behind a spoon behind a cup"), the
+//! vessel of its content ("three lemons in a bowl, a knife to its right"), a support with its load ("in a bowl at the
+//! back"), and an arrangement ("in front of the pile").
 
 use super::{Link, LinkKind, Parser};
 use crate::text_parser::phrase::{Attributes, Head, NounPhrase, group_of};
@@ -18,7 +18,7 @@ impl Parser<'_, '_> {
         self.parsed.links.iter().any(|link| is_support(link) && (link.from, link.to) == (mention, target))
     }
 
-    /// What a singular pronoun means beside an object: the vessel that the object is in, or the support of several.
+    /// Referent of a singular pronoun beside an object: the vessel that the object is in, or the support of several.
     pub(super) fn beside(&self, mention: usize) -> usize {
         let several = self.is_several(mention);
         let holds = |link: &&Link| {

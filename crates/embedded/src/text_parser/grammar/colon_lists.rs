@@ -14,7 +14,7 @@ use crate::text_parser::verbs::{Frame, verbs};
 /// Maximum number of members of a list.
 const MAX_MEMBERS: usize = 16;
 
-/// Where the lowest object of a stack is.
+/// Phrases for the place of the lowest object of a stack.
 const LOWEST: &[&str] = &["at the bottom", "on the bottom", "at the base", "lowest", "at the very bottom"];
 
 impl Parser<'_, '_> {

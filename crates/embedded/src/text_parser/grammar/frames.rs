@@ -377,7 +377,7 @@ impl Parser<'_, '_> {
         self.each_object(action, PredicateKind::Rotated);
     }
 
-    /// What is upside down is upright when it has been turned over.
+    /// Turns objects over: one that is upside down becomes upright.
     pub(super) fn flipped(&mut self, action: &mut Action) {
         let upright = action.paths.iter().any(|path| path.kind == PathKind::State("upright".to_owned()));
         let paths = std::mem::take(&mut action.paths);

@@ -1,5 +1,5 @@
-//! What has happened to an object before the instruction ("the pen fell out of the cup, put it back"), states that are
-//! to end ("the mug should no longer be on the tray"), and containers that everything is to leave.
+//! Events before the instruction ("the pen fell out of the cup, put it back"), states that are to end ("the mug should
+//! no longer be on the tray"), and containers that everything is to leave.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
-//! What stands before an instruction: the agent that is to act ("let the arm"), a heading of the end state ("the goal
-//! state has"), the number of a step ("2."). Also instructions without a verb: "apple -> bowl", "lamp off".
+//! Words before an instruction: the agent that is to act ("let the arm"), a heading of the end state ("the goal state
+//! has"), the number of a step ("2."). Also instructions without a verb: "apple -> bowl", "lamp off".
 
 use super::action::{Action, Part, Path, PathKind};
 use super::goals::GoalDraft;

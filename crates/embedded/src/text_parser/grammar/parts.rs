@@ -155,7 +155,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// What is left of a split mention is a mention without the attributes of the others.
+    /// Ends a split mention: its remaining objects become a mention without the attributes of the others.
     pub(super) fn end_split(&mut self) -> Option<usize> {
         let split = self.split.take()?;
         let rest = self.copy_of_whole(&split);

@@ -1,4 +1,4 @@
-//! What the paths of instructions refer to, and the relations of the start state that they state.
+//! Referents of the paths of instructions, and the relations of the start state that they state.
 
 use super::action::{Action, Path, PathKind};
 use super::goals::GoalKind;

@@ -9,7 +9,7 @@ use crate::text_parser::tokens::tokenize;
 /// The noun of `[[vague]]` for an object that the text does not name.
 const ANY_OBJECT: &str = "unnamed object";
 
-/// What a color without a noun is said of.
+/// Noun of a color that stands without one.
 const COLORED: &str = "block";
 
 impl Parser<'_, '_> {

@@ -1,5 +1,4 @@
-//! What selects among several objects of a category: "the left mug", "the second one", "the other", "the topmost
-//! plate".
+//! Selectors among several objects of a category: "the left mug", "the second one", "the other", "the topmost plate".
 
 use super::modifiers::is_attribute;
 use super::{Chunk, Determiner, is_boundary, noun_ahead, starts_noun};
@@ -7,7 +6,7 @@ use crate::text_parser::measures::read_measure;
 use crate::text_parser::tokens::{Token, match_phrase, word};
 use scene::RelationKind;
 
-/// What selects among several objects of a category, beside their attributes.
+/// Selector among several objects of a category, beside their attributes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::text_parser) enum Selector {
     Side(RelationKind),

@@ -46,7 +46,7 @@ fn objects<'d>(description: &'d SceneDescription, ids: &[InstanceId]) -> Vec<&'d
     description.objects.iter().filter(|object| ids.contains(&object.id)).collect()
 }
 
-/// What is untrue of a stated property.
+/// Contradiction between a stated property and the described objects, if there is one.
 fn untrue(description: &SceneDescription, property: &str, value: &str, ids: &[InstanceId]) -> Option<String> {
     let objects = objects(description, ids);
     let source = Source::read(value);
@@ -73,8 +73,8 @@ fn untrue(description: &SceneDescription, property: &str, value: &str, ids: &[In
     wrong.then(|| format!("{property} {value:?} of {ids:?}"))
 }
 
-/// What is wrong with an account as a whole: every word is explained by one claim, or reported. Words of one claim may
-/// have several meanings ("water the plant" is an object and a goal); a property has words of its own.
+/// Faults of an account as a whole: every word is explained by one claim, or reported. Words of one claim may have
+/// several meanings ("water the plant" is an object and a goal); a property has words of its own.
 fn faults(understood: &[Understood], unrecognized: &[Unrecognized]) -> Vec<String> {
     let explains = |part: &&Understood| !matches!(part.meaning, TextMeaning::Correction { .. });
     let parts: Vec<&Understood> = understood.iter().filter(explains).collect();

@@ -499,7 +499,7 @@ const TABLE: &[(&str, &str, &[&str])] = &[
     ("Two upright bottles and one lying bottle.", "3 water_bottle", &["water_bottle_3 lying_on_side"]),
 ];
 
-/// What a description states, in the words of the table.
+/// Statements of a description, in the words of the table.
 fn facts(description: &SceneDescription) -> Vec<String> {
     let words = vocabulary::vocabulary();
     let name = |value: serde_json::Value| value.as_str().unwrap_or_default().to_owned();

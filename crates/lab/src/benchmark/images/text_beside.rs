@@ -28,7 +28,7 @@ pub fn text(truth: &ImageTruth) -> Option<String> {
     (!listed.is_empty()).then(|| format!("a table with {}", listed.join(", ")))
 }
 
-/// What the parser makes of the text.
+/// Hints that the parser derives from the text.
 pub fn hints(truth: &ImageTruth, parser: &TextParserSettings) -> Option<RecognitionHints> {
     let description = describe(&text(truth)?, truth.number, &RequestOptions::default(), parser).ok()?;
     RecognitionHints::of(&description).ok()
