@@ -34,7 +34,7 @@ fn ring() -> Surface {
     Surface::new(&triangles.collect::<Vec<_>>())
 }
 
-/// Its vertices at a yaw, from 40 degrees above, without perspective.
+/// Vertices of the ring at a yaw, from 40 degrees above, without perspective.
 fn points(yaw_rad: f64) -> Vec<MovingPoint<1>> {
     let (sin_e, cos_e) = 0.7_f64.sin_cos();
     let vertices = (0..AROUND).flat_map(|u| (0..ACROSS).map(move |v| (u, v)));

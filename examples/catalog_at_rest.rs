@@ -22,7 +22,7 @@ use tabletopgen::config::{Config, Sources};
 /// Sizes and variants tried of each.
 const SEEDS: [u64; 2] = [1, 2];
 
-/// What counts as moving after it has settled.
+/// Displacement and rotation after settling that count as moving, meters and radians.
 const MAX_M: f64 = 0.001;
 const MAX_RAD: f64 = 0.02;
 

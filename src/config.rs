@@ -110,7 +110,7 @@ pub struct LogSettings {
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct TelemetrySettings {
-    /// Where spans are sent by OTLP (HTTP, protobuf); empty sends none.
+    /// URL to which spans are sent by OTLP (HTTP, protobuf); empty sends none.
     pub traces_endpoint: String,
     /// Share of traces that are kept (0..=1), decided by the id of the trace.
     pub sample_ratio: f64,

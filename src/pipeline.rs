@@ -51,7 +51,7 @@ use scene::text_account::TextAccount;
 use scene::{Input, Recognition, SceneRequest, SupportTree};
 use store::artifacts::BuiltScene;
 
-/// What a stage function gets besides its inputs.
+/// Resources of a stage function besides its inputs.
 pub type Context = StageContext<StageResources>;
 
 /// The stages in the order in which a scene passes through them. `refine_camera` runs only where a model judged the
@@ -98,7 +98,7 @@ pub struct Settings {
     pub execution: ExecutionSettings,
 }
 
-/// What the stages before `place` leave behind.
+/// Results of the stages before `place`.
 pub struct PreparedObjects {
     pub(in crate::pipeline) request: Arc<SceneRequest>,
     pub(in crate::pipeline) ports: Ports,
@@ -117,7 +117,7 @@ pub struct PreparedObjects {
     stages: Checkpoints<StageResources>,
 }
 
-/// Where [`run_stages`] ends.
+/// Last stage of [`run_stages`].
 #[derive(Clone, Copy, PartialEq)]
 enum Until {
     /// The same without a table, for objects that another scene takes.
@@ -126,7 +126,7 @@ enum Until {
     BundleWritten,
 }
 
-/// What [`run_stages`] leaves at the end it was given.
+/// Result of [`run_stages`] at the end it was given.
 enum Reached {
     Objects(Box<PreparedObjects>),
     Bundle(Box<BuiltScene>),

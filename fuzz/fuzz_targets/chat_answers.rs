@@ -1,4 +1,4 @@
-//! What a chat model says: JSON, in fences or among sentences, to each of the questions.
+//! Answers of a chat model: JSON, in fences or among sentences, to each of the questions.
 #![no_main]
 
 use std::sync::LazyLock;

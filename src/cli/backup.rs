@@ -13,7 +13,7 @@ use store::{StoreError, backup};
 /// Arguments of `backup`.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Where the copy goes; a folder with an earlier backup gets what is new
+    /// Folder for the copy; a folder with an earlier backup gets what is new
     #[arg(value_name = "DIR")]
     target: PathBuf,
     /// The data directory

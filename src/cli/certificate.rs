@@ -92,7 +92,7 @@ fn objects(text: &mut String, certificate: &Certificate) {
     }
 }
 
-/// What a robot can do in the scene: a line with the counts, and one for each task.
+/// Abilities of a robot in the scene: a line with the counts, and one for each task.
 fn robot(finding: &RobotFinding) -> String {
     let RobotFinding { name, objects, pickable, tasks_proposed, tasks_done, tasks } = finding;
     let mut text = format!(

@@ -54,7 +54,7 @@ struct FreezeArguments {
     /// Seed of the assignment to splits
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = number::seed)]
     seed: u64,
-    /// What scenes of different splits must not share: lineage, text, image, mesh; or none
+    /// Parts that scenes of different splits must not share: lineage, text, image, mesh; or none
     #[arg(long, value_name = "KIND,...", default_value = "lineage,text,image,mesh")]
     disjoint: LeakageRules,
     /// Tar shards in WebDataset layout, or one archive per scene

@@ -25,7 +25,7 @@ pub struct Arguments {
     /// The bundle of the scene: its folder, or its archive
     #[arg(long, value_name = "DIR_OR_ZIP")]
     bundle: PathBuf,
-    /// What to change, in words
+    /// The change, in words
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
     text: Option<String>,
     /// The same as a list of operations: JSON, or a file of it

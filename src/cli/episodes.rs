@@ -41,7 +41,7 @@ pub struct Arguments {
     /// The robot
     #[arg(long, value_name = "NAME", default_value = "panda")]
     robot: String,
-    /// How many episodes that succeed
+    /// Number of episodes that succeed
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<u64>(1..=MAX_COUNT))]
     count: u64,
     /// Same scene, tasks and options: same dataset, to the byte
@@ -80,7 +80,7 @@ pub struct Arguments {
     /// Also record a cloud of N points of what all cameras see; one of the formats must be robomimic or parquet-png
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=u64::from(MAX_POINTS)))]
     point_cloud: Option<u32>,
-    /// What differs between episodes: usual, wide (other objects and materials, too), none, or a file with amplitudes
+    /// Randomization between episodes: usual, wide (other objects and materials, too), none, or a file with amplitudes
     #[arg(long, value_name = "usual|wide|none|FILE", default_value = "usual")]
     randomize: String,
     /// Change one amplitude of --randomize, such as position_m=0.1 (repeatable)
@@ -238,7 +238,7 @@ struct Progress {
     count: u64,
     quiet: bool,
     started: Instant,
-    /// When the last line was written, and the tally at the start.
+    /// Time at which the last line was written, and the tally at the start.
     last: Mutex<(Option<Instant>, Option<Tally>)>,
 }
 

@@ -32,8 +32,8 @@ pub struct Arguments {
     /// The robot of an instruction in words
     #[arg(long, value_name = "NAME", default_value = "panda")]
     robot: String,
-    /// Where the base of the robot stands: x, y and z in meters in the frame of the scene, whose z is 0 on the top of
-    /// the table, and the direction in which it faces in radians from x to y; chosen if absent
+    /// Place of the robot's base: x, y and z in meters in the frame of the scene, whose z is 0 on the top of the table,
+    /// and the direction in which it faces in radians from x to y; chosen if absent
     #[arg(long, value_name = "X,Y,Z,YAW", value_parser = base_place, allow_hyphen_values = true)]
     base: Option<BasePlace>,
     /// Same scene, task and seed: same motion, to the byte
@@ -109,7 +109,7 @@ fn base_place(given: &str) -> Result<BasePlace, String> {
     place.check().map(|()| place).map_err(|(name, why)| format!("{name} {why}"))
 }
 
-/// What to give where a file of a task will not do.
+/// Advice where a file of a task cannot be used.
 pub(super) const TASK_ADVICE: &str = "give a file that `tasks --out` or `execute --out` wrote";
 
 /// A file of a task, or the text itself.

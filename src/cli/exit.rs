@@ -1,4 +1,4 @@
-//! How the program ends, for scripts.
+//! Exit codes and failures of the program, for scripts.
 
 use std::fmt;
 use std::process::ExitCode;
@@ -48,7 +48,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Why the program ends early: the code, and what a person should read.
+/// Failure that ends the program early: the exit code, and the message for people.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct Failure {
     pub exit: Exit,

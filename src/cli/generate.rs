@@ -17,7 +17,7 @@ use scene::request::RequestOptions;
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("input").required(true).multiple(true).args(["text", "image"])))]
 pub struct Arguments {
-    /// What stands on the table, in words; beside an image, what is in it
+    /// Description of the table and the objects on it, in words; beside an image, of its content
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
     text: Option<String>,
     /// An image of a table: PNG, JPEG or WebP

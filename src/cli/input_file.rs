@@ -32,7 +32,7 @@ pub fn json<T: DeserializeOwned>(path: &Path, what: &str, advice: &str) -> Resul
     })
 }
 
-/// Why a file cannot be read.
+/// Failure of reading a file.
 pub fn unreadable(path: &Path, what: &str, error: &io::Error, advice: &str) -> Failure {
     let place = path.display();
     let reason = match error.kind() {

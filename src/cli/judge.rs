@@ -27,7 +27,7 @@ pub struct Arguments {
     /// A task as `tasks --out` and `execute --out` write it
     #[arg(long, value_name = "FILE")]
     task: PathBuf,
-    /// Where the objects are now, and what touches
+    /// File with the poses of the objects now, and with their contacts
     #[arg(long, value_name = "FILE")]
     state: PathBuf,
     /// Print one JSON document

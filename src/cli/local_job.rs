@@ -97,7 +97,7 @@ impl JobOptions {
         Ok(JobConfig { resolved, own: own.into_iter().collect() })
     }
 
-    /// Where the bundle goes, checked before any work. `inputs` are the files and folders that the command reads.
+    /// Place of the bundle, checked before any work. `inputs` are the files and folders that the command reads.
     ///
     /// # Errors
     ///

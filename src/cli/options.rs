@@ -9,7 +9,7 @@ use crate::app::config;
 use crate::app::config::{Resolved, Sources};
 use scene::request::{OnUnknown, RequestOptions};
 
-/// Where settings come from.
+/// Sources of settings.
 #[derive(Clone, Debug, Default, Args)]
 pub struct ConfigOptions {
     /// TOML file laid over the defaults
@@ -36,13 +36,13 @@ impl ConfigOptions {
     }
 }
 
-/// How a text is read.
+/// Options of reading a text.
 #[derive(Clone, Debug, Default, Args)]
 pub struct TextOptions {
     /// Refuse a scene of more objects (1 to 64)
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=64))]
     max_objects: Option<u32>,
-    /// What happens to parts of the text that are not understood [default: stand-in]
+    /// Treatment of parts of the text that are not understood [default: stand-in]
     #[arg(long, value_name = "POLICY")]
     on_unknown: Option<UnknownPolicy>,
 }

@@ -1,4 +1,4 @@
-//! Where a command writes: checked before the work, and in place whole or not at all after it.
+//! Output folder of a command: checked before the work, and in place whole or not at all after it.
 //!
 //! - What exists and is not empty is refused, unless it is forced.
 //! - Forced, an earlier output of the same [`Kind`] is replaced as a whole. A folder with any file that is no part of
@@ -28,7 +28,7 @@ pub struct Output {
     path: PathBuf,
     kind: Kind,
     is_forced: bool,
-    /// Where unfinished folders lie; beside the place if absent.
+    /// Folder of unfinished folders; beside the place if absent.
     partials: Option<PathBuf>,
 }
 
@@ -96,7 +96,7 @@ impl Output {
         Err(Failure::usage(format!("{} {what}; name a folder", self.name())))
     }
 
-    /// Why the folder as it is now must not be written.
+    /// Reason why the folder as it is now must not be written, if there is one.
     fn refusal(&self) -> Option<Failure> {
         let place = self.name();
         let foreign = match kind::foreign_files(&self.path, self.kind) {

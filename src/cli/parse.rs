@@ -14,7 +14,7 @@ use crate::app;
 /// Arguments of `parse`.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// What stands on the table, in words
+    /// Description of the table and the objects on it, in words
     #[arg(value_name = "TEXT", allow_hyphen_values = true)]
     text: String,
     /// The seed of the scene, which selects what a theme adds [default: random]

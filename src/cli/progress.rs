@@ -17,7 +17,7 @@ pub struct StageTime {
     pub stage: String,
     /// Instances it worked on; 0 when it works on the whole scene.
     pub instances: usize,
-    /// How many runs of it were found instead of computed.
+    /// Number of its runs that were found instead of computed.
     pub found: usize,
     /// From its first event to its last, milliseconds.
     pub wall_ms: i64,
@@ -33,10 +33,10 @@ pub struct StageTime {
     shown: bool,
 }
 
-/// What has been seen of a job.
+/// Progress of a job, from its events.
 pub struct Progress {
     stages: Vec<StageTime>,
-    /// Where the job is, in words.
+    /// Present stage of the job, in words.
     running: String,
     live: bool,
     quiet: bool,
@@ -93,7 +93,7 @@ impl Progress {
         self.close_all_but("");
     }
 
-    /// Where the job is or was, in words.
+    /// Present or last stage of the job, in words.
     pub fn place(&self) -> &str {
         &self.running
     }

@@ -31,7 +31,7 @@ enum Action {
     /// Let every worker finish the work it holds (jobs, datasets, attempts at episodes) and claim no other, until
     /// `resume`; submissions go on
     Pause {
-        /// Why, for `status`
+        /// Reason, for `status`
         #[arg(long, value_name = "TEXT", default_value = "")]
         reason: String,
         #[command(flatten)]
@@ -44,7 +44,7 @@ enum Action {
     },
 }
 
-/// Where the database is.
+/// Place of the database.
 #[derive(Debug, Args)]
 struct Place {
     /// The data directory

@@ -28,7 +28,7 @@ pub struct Arguments {
     /// The dataset: a folder with records.jsonl, or one that has it in its folders
     #[arg(long, value_name = "DIR")]
     dataset: PathBuf,
-    /// Its number in the dataset, from 0
+    /// Number of the episode in the dataset, from 0
     #[arg(long, value_name = "INDEX", allow_negative_numbers = true, value_parser = number::whole::<u64>(0..=u64::MAX))]
     episode: u64,
     /// The bundle in which it was recorded: its folder, or its archive

@@ -1,4 +1,4 @@
-//! What came of a scene: its bundle on disk, and the document that `--json` prints.
+//! Result of a scene: its bundle on disk, and the document that `--json` prints.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use scene::{Certificate, SceneId};
 use store::scenes::SceneRow;
 use store::{DEFAULT_TENANT, Digest, Store, StoreError};
 
-/// Where the bundle goes.
+/// Place of the bundle.
 pub enum Place {
     /// A folder that was asked for.
     Named(Output),
@@ -22,7 +22,7 @@ pub enum Place {
     Within { folder: PathBuf, is_forced: bool },
 }
 
-/// Where the bundle goes, and whether with artifacts.
+/// Place of the bundle, and whether with artifacts.
 pub struct Target {
     pub place: Place,
     pub artifacts: bool,
@@ -42,7 +42,7 @@ pub struct Outcome {
     pub paths: Paths,
 }
 
-/// What was written, as paths.
+/// Paths of the written files and folders.
 #[derive(Clone, Debug, Serialize)]
 pub struct Paths {
     pub bundle: String,
@@ -131,7 +131,7 @@ impl Outcome {
 /// The folder of a scene inside another one.
 enum FolderOfScene {
     New(Output),
-    /// It holds this very bundle already.
+    /// A folder that holds this very bundle already.
     Present(PathBuf),
 }
 

@@ -19,10 +19,10 @@ pub struct Arguments {
     /// Listen beyond loopback although clients are not authenticated (server.allow_unauthenticated)
     #[arg(long)]
     allow_unauthenticated: bool,
-    /// Where scenes, jobs and blobs are kept
+    /// Folder in which scenes, jobs and blobs are kept
     #[arg(long, value_name = "DIR", default_value = "data")]
     data_dir: PathBuf,
-    /// What this process does; separate roles need PostgreSQL and an S3 bucket
+    /// Role of this process; separate roles need PostgreSQL and an S3 bucket
     #[arg(long, value_enum, default_value_t = Role::All)]
     role: Role,
     #[command(flatten)]

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use scene::text_account::TextAccount;
 use scene::{InstanceId, TextMeaning, Understood};
 
-/// Which meanings a table shows.
+/// Meanings that a table shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
     /// Objects, once each, and corrections.

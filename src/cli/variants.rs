@@ -31,7 +31,8 @@ pub struct Arguments {
     /// Number of variants
     #[arg(long, value_name = "N", default_value_t = 10, allow_negative_numbers = true, value_parser = number::whole::<u32>(1..=u64::from(MAX_VARIANTS)))]
     count: u32,
-    /// What differs: layout, meshes, sizes, colors, materials, table, light, camera, mass, friction [default: all]
+    /// Differences between variants: layout, meshes, sizes, colors, materials, table, light, camera, mass, friction
+    /// [default: all]
     #[arg(long, value_name = "AXES", value_delimiter = ',', value_parser = axis)]
     vary: Vec<Randomize>,
     #[command(flatten)]
@@ -116,7 +117,7 @@ fn make(mut arguments: Arguments) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-/// Where a variant is to be written; `None` if its folder holds it already.
+/// Output of a variant; `None` if its folder holds it already.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! What is wrong with a configuration: all of it at once, each with its key and where it came from.
+//! Errors of a configuration: all of them at once, each with its key and its origin.
 
 use std::fmt;
 
@@ -9,9 +9,9 @@ use super::Origin;
 pub struct ConfigError {
     /// `section.key` as it was given; empty when a whole file is at fault.
     pub key: String,
-    /// Where it was said.
+    /// Source of the value.
     pub origin: Origin,
-    /// What is wrong with it, and what would do.
+    /// Fault of the value, and the correction.
     pub detail: String,
 }
 
@@ -24,7 +24,7 @@ impl fmt::Display for ConfigError {
     }
 }
 
-/// Why a configuration will not do; at least one complaint.
+/// Errors of a configuration; at least one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct ConfigErrors(pub Vec<ConfigError>);
 

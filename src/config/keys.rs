@@ -13,21 +13,21 @@ use toml::{Table, Value};
 /// `config/default.toml`.
 pub const DEFAULTS: &str = include_str!("../../config/default.toml");
 
-/// What is known of one key.
+/// Properties of one key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
-    /// Its type is the type every value must have.
+    /// Default value, whose type every other value must have.
     pub default: Value,
-    /// Its comment, without the brackets.
+    /// Comment of the key, without the brackets.
     pub meaning: String,
     /// `seconds`, `share`, ...; for words, the words.
     pub unit: String,
     pub allowed: Allowed,
-    /// Which of them a request may set; `None` = none, the key is the operator's.
+    /// Values that a request may set; `None` = none, the key is the operator's.
     pub open_to_requests: Option<Allowed>,
 }
 
-/// Which values of the right type are accepted.
+/// Values of the right type that are accepted.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Allowed {
     Anything,

@@ -12,10 +12,10 @@ use super::keys::{Key, flatten, keys};
 use super::nearest::advice;
 use super::{Config, ConfigError, ConfigErrors, rules, value};
 
-/// What environment variables with settings start with.
+/// Prefix of environment variables with settings.
 const PREFIX: &str = "TABLETOPGEN__";
 
-/// Where a value came from.
+/// Origin of a value.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "from", content = "name")]
 pub enum Origin {
@@ -41,7 +41,7 @@ impl fmt::Display for Origin {
     }
 }
 
-/// What may override the defaults.
+/// Sources that may override the defaults.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     pub file: Option<PathBuf>,
@@ -97,7 +97,7 @@ impl Resolved {
         })
     }
 
-    /// Where the value of a key came from.
+    /// Origin of the value of a key.
     pub fn origin(&self, path: &str) -> &Origin {
         self.values.get(path).map_or(&Origin::Default, |(_, origin)| origin)
     }

@@ -1,4 +1,4 @@
-//! What a misspelled key could mean: the nearest known key, or the keys and sections there are.
+//! Suggestions for a misspelled key: the nearest known key, or the keys and sections there are.
 //!
 //! Keys are compared part by part. A part is close if a slip apart ([`is_close`]), so that `servr.x` is not taken for a
 //! key that is merely as short.
@@ -10,7 +10,7 @@ use super::keys::keys;
 /// So many keys of a section are listed.
 const LISTED: usize = 12;
 
-/// What to use in place of an unknown key.
+/// Advice for an unknown key.
 pub(super) fn advice(given: &str) -> String {
     if let Some(key) = nearest(given) {
         return format!("the nearest is {key}");

@@ -1,4 +1,4 @@
-//! How meshes, hulls and images travel between stages: as GLB, JSON and PNG bytes in the store.
+//! Transport of meshes, hulls and images between stages: as GLB, JSON and PNG bytes in the store.
 
 use std::sync::Arc;
 

@@ -133,12 +133,12 @@ pub struct Output {
     pub verdict: Verdict,
     pub reasons: Vec<String>,
     pub metrics: Metrics,
-    /// What the API tells of the scene.
+    /// Summary of the scene for the API.
     pub summary: serde_json::Value,
 }
 
 impl Inputs {
-    /// What the certificate is made from.
+    /// Inputs of the certificate.
     ///
     /// # Errors
     ///

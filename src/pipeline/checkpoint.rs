@@ -50,12 +50,12 @@ pub struct Stage {
     pub version: u32,
 }
 
-/// What every job of the process shares: the store, the CPU pool, and the keys in progress.
+/// Resources that all jobs of the process share: the store, the CPU pool, and the keys in progress.
 #[derive(Clone)]
 pub struct StageRuntime {
     store: Store,
     cpu: CpuPool,
-    /// What the results depend on besides their inputs (`cpu`, a SIMD class); part of every key.
+    /// Hardware that the results depend on besides their inputs (`cpu`, a SIMD class); part of every key.
     backend: Arc<str>,
     /// Instances of one stage worked on at the same time.
     fan_out: usize,
@@ -64,7 +64,7 @@ pub struct StageRuntime {
     in_progress: Arc<Mutex<InProgress>>,
 }
 
-/// How long a stage may ignore an interrupt before its job goes on without it.
+/// Time that a stage may ignore an interrupt before its job goes on without it.
 const INTERRUPT_GRACE: Duration = Duration::from_secs(2);
 
 /// One job's right to run stages.
@@ -424,7 +424,7 @@ fn count(stage: Stage, outcome: &'static str) {
     metrics::counter!("tabletopgen_stages_total", "stage" => stage.name, "outcome" => outcome).increment(1);
 }
 
-/// What a dead task said.
+/// Message of a task that panicked or was aborted.
 fn died_of(died: JoinError) -> String {
     died.try_into_panic().map_or_else(|_| "it was aborted".into(), |panic| panic_text(&*panic))
 }

@@ -47,7 +47,7 @@ pub struct Composition {
     pub table: place::PlacedTable,
     /// Of the objects, in order.
     pub yaws: Vec<rotate::Output>,
-    /// How their meshes were made.
+    /// Reconstruction method of each object's mesh.
     pub methods: Vec<ReconstructionMethod>,
     /// The table from above as the layout saw it; drawn on the sheet of an image.
     pub top_view: ArtifactRef,
@@ -55,10 +55,10 @@ pub struct Composition {
     pub scale_error: Option<f64>,
     pub resolve: ResolveFinding,
     pub account: Option<TextAccount>,
-    /// Where it is not the usual studio's.
+    /// Light of the scene, if it is not the studio's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light: Option<Light>,
-    /// What an edit did; `None` for a scene that was made from a text or an image.
+    /// Result of the edit; `None` for a scene that was made from a text or an image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edit: Option<EditAccount>,
 }
@@ -78,7 +78,7 @@ pub struct BodyParts {
     pub scale: f64,
     pub symmetry_order: u32,
     pub provenance: Provenance,
-    /// How a gripper takes it, once certified: an edit takes it from the parent for what it does not change.
+    /// Grasp of the body, once certified: an edit takes it from the parent for bodies that it does not change.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grasp: Option<FoundGrasp>,
 }
@@ -88,7 +88,7 @@ pub struct BodyParts {
 pub struct FoundGrasp {
     /// Of everything that decides the result.
     pub key: Digest,
-    /// Where the two fingers touch, object frame, meters; `None` where no gripper has room.
+    /// Contacts of the two fingers, object frame, meters; `None` where no gripper has room.
     pub contacts_m: Option<[DVec3; 2]>,
 }
 

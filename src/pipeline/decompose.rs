@@ -31,9 +31,9 @@ pub struct Output {
     pub mesh_volume_m3: f64,
     /// Whether the mesh was closed as it came.
     pub watertight: bool,
-    /// What was done to the mesh before.
+    /// Repair of the mesh before its decomposition.
     pub repair: Repair,
-    /// How well the hulls stand for it.
+    /// Fit of the hulls to the mesh.
     pub fit: HullFit,
 }
 

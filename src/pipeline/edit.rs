@@ -103,7 +103,7 @@ pub async fn edit_scene(
     Ok(bundle.into_rows())
 }
 
-/// What changes the parent.
+/// Change of the parent.
 enum Change {
     Stated(Vec<EditOperation>),
     /// Operations that the seed draws.
@@ -113,7 +113,7 @@ enum Change {
 /// Objects made for the operations that need new ones, by index of the operation.
 type Additions = BTreeMap<usize, Vec<additions::NewObject>>;
 
-/// Why an operation is not carried out.
+/// Error of an operation that is not carried out.
 fn refused(index: usize, operation: &EditOperation, why: impl std::fmt::Display) -> StageError {
     let message = format!("operation {} ({}): {why}; nothing was changed", index + 1, operation.name());
     StageError::permanent("edit_refused", message)

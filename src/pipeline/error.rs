@@ -1,5 +1,5 @@
-//! How a stage fails: a class that decides about trying again, a stable code, and two messages (a
-//! sentence for the client that says what to do; the cause chain for the log).
+//! Failure of a stage: a class that decides about trying again, a stable code, and two messages (a sentence for the
+//! client that says what to do; the cause chain for the log).
 
 use std::error::Error;
 use std::time::Duration;
@@ -30,7 +30,7 @@ pub enum StageErrorClass {
     LeaseLost,
 }
 
-/// What a stage returns when it cannot do its work.
+/// Error of a stage that cannot do its work.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct StageError {

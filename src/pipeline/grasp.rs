@@ -36,7 +36,7 @@ const UP_STEPS: f64 = 1000.0;
 #[derive(Serialize)]
 pub struct Inputs {
     decisive: Decisive,
-    /// Those of the digest.
+    /// Hulls whose digest is in `decisive`.
     #[serde(skip)]
     hulls: ArtifactRef,
 }

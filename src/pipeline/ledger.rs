@@ -18,7 +18,7 @@ pub struct JobLedger {
     pub lease: Lease,
     pub stage: &'static str,
     pub instance: Option<InstanceId>,
-    /// How many answers this run has had, by the digest of their question.
+    /// Number of answers of this run, by the digest of their question.
     had: Mutex<BTreeMap<String, u32>>,
 }
 
@@ -27,7 +27,7 @@ impl JobLedger {
         Self { store, lease, stage, instance, had: Mutex::default() }
     }
 
-    /// How many answers to a question this run has had, and so many more.
+    /// Adds `more` to the number of answers to a question in this run, and returns the sum.
     fn had(&self, request_digest: &str, more: u32) -> u32 {
         let mut had = self.had.lock().unwrap_or_else(PoisonError::into_inner);
         let count = had.entry(request_digest.to_owned()).or_default();

@@ -52,7 +52,7 @@ pub(super) struct Instance {
     pub hulls: ArtifactRef,
     pub yaw_rad: f64,
     pub confidence: f64,
-    /// Where the reference camera sees its origin, world, meters.
+    /// Origin of the object as the reference camera sees it, world, meters.
     pub seen_m: Option<DVec2>,
 }
 
@@ -65,15 +65,15 @@ pub(super) struct Table {
     pub size_m: DVec3,
 }
 
-/// Where everything stands, before anything is repaired.
+/// Layout before any repair.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Output {
     pub alpha_m_per_px: f64,
     /// The object that set the scale; `None` where it was given, where all voted, or where the table did.
     pub anchor: Option<InstanceId>,
-    /// What the objects agreed on; `None` where they did not vote.
+    /// Scale on which the objects agreed; `None` where they did not vote.
     pub consensus: Option<Consensus>,
-    /// How the boxes were laid on what the reference camera saw; `None` where they were not.
+    /// Registration of the boxes with the view of the reference camera; `None` where there was none.
     pub registered: Option<Registration>,
     pub table: PlacedTable,
     /// In the order of the recognized objects.
@@ -104,14 +104,14 @@ pub struct PlacedInstance {
     /// Factor on the commonsense size; 1 unless the top view knows better.
     pub scale: f64,
     pub world_from_object: Pose,
-    /// Its box on the top view.
+    /// Box of the object on the top view.
     pub seen_from_above: BoxFromAbove,
     /// `A_px / (1 + (e / tau)^2)`, square pixels.
     pub rma_score: f64,
 }
 
 impl Inputs {
-    /// What the layout is computed from, with one yaw per object in order.
+    /// Inputs of the layout, with one yaw per object in order.
     ///
     /// # Errors
     ///
@@ -254,7 +254,7 @@ fn annotated(mut image: Image, boxes: &TopBoxes, output: &Output) -> Image {
     image
 }
 
-/// Who carries whom, the table at the root: `{"table": [{"mug_1": []}, ...]}` as nested lists.
+/// Support tree with the table at the root: `{"table": [{"mug_1": []}, ...]}` as nested lists.
 fn support_tree(output: &Output) -> serde_json::Value {
     fn carried_by(output: &Output, parent: Option<usize>) -> Vec<serde_json::Value> {
         let carried = output.supports.children(parent);

@@ -39,7 +39,7 @@ pub struct Studio<'a> {
     bodies: &'a [PreviewBody<'a>],
     scene_cache: Arc<SceneCache<'a>>,
     on_gpu: Option<GpuSceneCache<'a>>,
-    /// Where it is not the studio's.
+    /// Light of the scene, if it is not the studio's.
     lit_by: Option<Light>,
     low_m: DVec3,
     high_m: DVec3,
@@ -123,8 +123,8 @@ impl<'a> Studio<'a> {
         self.render(0.0, &View::Orthographic(view))
     }
 
-    /// What the camera of the reference image sees where, always by the CPU; ids count from 1 in the order of
-    /// the bodies.
+    /// Depths and ids at each pixel of the reference image's camera, always by the CPU; ids count from 1 in the order
+    /// of the bodies.
     pub fn reference_geometry(&self, camera: &Camera) -> GeometryFrame {
         self.scene_cache.measure(&View::Perspective(*camera))
     }
@@ -188,7 +188,7 @@ fn bounds(bodies: &[PreviewBody]) -> (DVec3, DVec3) {
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
 
-/// What a GPU made; nothing, and a line in the log, where it cannot make that of this scene and would say so again.
+/// Result of a GPU; `None`, and a line in the log, where it does not fit this scene and would fail again.
 fn unless_unfit<T>(made: Result<T, GpuError>) -> Result<Option<T>, GpuError> {
     match made {
         Err(error) if !error.is_device_failure() => {

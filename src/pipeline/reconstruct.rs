@@ -84,7 +84,7 @@ pub fn inputs(
     inputs
 }
 
-/// What a stage made of the table, which comes after the objects; `None` where objects alone are made.
+/// Result of a stage for the table, which comes after the objects; `None` where objects alone are made.
 pub fn of_table<'a, T>(recognition: &Recognition, made: &'a [T]) -> Option<&'a T> {
     made.get(recognition.objects.len())
 }

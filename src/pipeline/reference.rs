@@ -27,7 +27,7 @@ const MAX_SIDE_PX: u32 = 1280;
 /// Most pixels of an image that is decoded; the HTTP interface has its own, lower limit.
 const MAX_DECODED_PX: u64 = 100_000_000;
 
-/// What decides the reference image.
+/// Inputs of the reference image.
 #[derive(Serialize)]
 pub struct Inputs {
     input: Input,

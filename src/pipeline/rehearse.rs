@@ -49,7 +49,7 @@ pub struct Inputs {
     execution: ExecutionSettings,
 }
 
-/// What a robot can do in the scene.
+/// Abilities of a robot in the scene.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Output {
     pub finding: RobotFinding,

@@ -62,16 +62,16 @@ pub struct Output {
     pub supports: SupportTree,
     /// Rounds it took.
     pub rounds: usize,
-    /// What was done, one sentence each.
+    /// Changes made to the layout, one sentence each.
     pub log: Vec<String>,
-    /// What was conceded as there was no room.
+    /// Concessions because there was no room.
     pub gave_way: Vec<Relaxation>,
 }
 
 #[derive(Clone, Serialize, Deserialize)]
 pub struct ResolvedBody {
     pub name: String,
-    /// Those of the layout, unless it was made smaller.
+    /// Mesh of the layout, unless the body was made smaller.
     pub mesh: ArtifactRef,
     pub hulls: ArtifactRef,
     /// Factor on the size that the layout gave; 1 unless there was no room.

@@ -1,4 +1,4 @@
-//! What stages are handed besides their inputs: the ports, the device, and what this job has decoded already.
+//! Resources of stages besides their inputs: the ports, the device, and the artifacts that this job has decoded.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -13,7 +13,7 @@ use store::Digest;
 /// Shared by all stages of one job.
 pub struct StageResources {
     pub ports: Ports,
-    /// What it computes on changes results: stages that use it have its name in their inputs.
+    /// Compute device. Its kind changes results: stages that use it have its name in their inputs.
     pub compute: Arc<Compute>,
     pub(super) decoded: DecodeCache,
 }
@@ -39,7 +39,7 @@ pub(super) struct DecodeCache {
     /// Of the meshes with these digests.
     pub solids: Cache<MeshSolid>,
     pub images: Cache<Image>,
-    /// What the image generator knows of an image.
+    /// Annotations of the image generator by image.
     pub known: Cache<ImageAnnotations>,
 }
 

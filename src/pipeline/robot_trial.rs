@@ -9,7 +9,7 @@ use super::resources::StageResources;
 use super::{Settings, grasp, rehearse};
 use scene::SceneRequest;
 
-/// What the robot of the request can do in a scene; `None` where the request names none.
+/// Abilities of the request's robot in a scene; `None` where the request names none.
 ///
 /// # Errors
 ///

@@ -32,7 +32,7 @@ pub struct Inputs {
     hiders: Mask,
     /// Meshes of everything below it, nearest first.
     below: Vec<ArtifactRef>,
-    /// That the text states, of an object that the image generator names.
+    /// Yaw that the text states, of an object that the image generator names.
     #[serde(skip_serializing_if = "Option::is_none")]
     stated_yaw_rad: Option<f64>,
     dro: YawSettings,
@@ -47,7 +47,8 @@ pub struct Output {
     pub yaw_rad: f64,
     /// The yaw that is canonical for the symmetry: another pose with the same appearance, within half a period of 0.
     pub representative_yaw_rad: f64,
-    /// Where the camera of the reference image sees its origin, world, meters; `None` where it does not say.
+    /// Origin of the object as the camera of the reference image sees it, world, meters; `None` where it cannot be
+    /// measured.
     pub seen_m: Option<DVec2>,
     pub loss: f64,
     /// 1 = none, n = every 360/n degrees, 0 = any angle.
@@ -111,7 +112,7 @@ pub fn inputs(
         .collect()
 }
 
-/// How many instances each pixel belongs to.
+/// Number of instances that each pixel belongs to.
 pub(in crate::pipeline) fn instances_at(masks: &[InstanceMask]) -> Vec<u16> {
     let pixels = masks.first().map_or(0, |first| first.visible.bits().len());
     let mut counts = vec![0; pixels];

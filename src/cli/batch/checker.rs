@@ -15,7 +15,7 @@ use batches::{BatchRequest, OutputError};
 pub(super) struct Checker {
     settings: api::Settings,
     validate: Validate,
-    /// Where relative paths of images begin.
+    /// Folder from which relative paths of images begin.
     folder: PathBuf,
 }
 

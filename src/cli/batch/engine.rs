@@ -59,7 +59,7 @@ pub(super) struct ActiveRequest {
     promised: MicroUsd,
 }
 
-/// How a run ends.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ending {
     /// Every request came to its end.
@@ -283,7 +283,7 @@ impl Engine<'_> {
         Pace { finished: self.finished, elapsed: self.started.elapsed() }
     }
 
-    /// What came of the run so far.
+    /// Results of the run so far.
     pub(super) fn summary(&self, out: &Path) -> Summary {
         Summary {
             counts: self.stock.counts,

@@ -28,7 +28,7 @@ impl Money {
         self.0.is_some()
     }
 
-    /// What has been spent; `None` where it is not known.
+    /// Cost of the requests that have ended; `None` where it is not known.
     pub(super) fn spent(&self) -> Option<MicroUsd> {
         self.0.as_ref().map(BatchBudget::spent)
     }

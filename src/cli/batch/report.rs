@@ -16,14 +16,14 @@ use scene::MicroUsd;
 /// Cells of the bar.
 const BAR_CELLS: u64 = 24;
 
-/// Where the progress goes.
+/// Output of the progress.
 #[derive(Clone, Copy)]
 pub(super) struct Report {
     is_live: bool,
     is_quiet: bool,
 }
 
-/// What came of a run.
+/// Results of a run.
 pub(super) struct Summary {
     pub(super) counts: RequestCounts,
     pub(super) pace: Pace,

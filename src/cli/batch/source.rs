@@ -74,12 +74,12 @@ impl Source {
         Ok(Self { path: path.to_owned(), kind, limit: limit.unwrap_or(usize::MAX), set })
     }
 
-    /// Where relative paths of images begin.
+    /// Folder from which relative paths of images begin.
     pub(super) fn folder(&self) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).to_owned()
     }
 
-    /// What a place is called in messages.
+    /// Text of an error with its place, for messages.
     pub(super) fn shown(&self, error: &OutputError) -> String {
         let place = [error.line, error.column].into_iter().flatten();
         let place: String = place.map(|number| format!(":{number}")).collect();

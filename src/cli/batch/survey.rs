@@ -26,7 +26,7 @@ pub(super) const REQUEST_LABEL: &str = "batch_request";
 /// Scenes that are read from the store at once.
 const PAGE: u32 = 500;
 
-/// What taking stock needs.
+/// Inputs of taking stock.
 pub(super) struct Survey<'a> {
     pub(super) store: &'a Store,
     pub(super) checker: &'a Checker,
@@ -35,7 +35,7 @@ pub(super) struct Survey<'a> {
     pub(super) report: &'a Report,
 }
 
-/// What there is to do.
+/// Work that is left to do.
 #[derive(Default)]
 pub(super) struct Stock {
     pub(super) counts: RequestCounts,

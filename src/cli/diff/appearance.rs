@@ -1,4 +1,4 @@
-//! What the visual mesh of a body shows: its mean color, its materials, its triangles.
+//! Appearance of a body by its visual mesh: its mean color, its materials, its triangles.
 
 use super::compare::Appearance;
 use geometry::{Rgb, TexturedMesh};

@@ -22,7 +22,7 @@ pub struct SceneContents {
     pub appearances: BTreeMap<String, Appearance>,
 }
 
-/// What the visual mesh of a body shows.
+/// Appearance of a body by its visual mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Appearance {
     /// Mean color of its surface, sRGB: red, green, blue.
@@ -33,7 +33,7 @@ pub struct Appearance {
     pub triangles: String,
 }
 
-/// What differs between two scenes.
+/// Differences between two scenes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SceneDifference {
     pub added: Vec<ObjectSummary>,
@@ -138,7 +138,7 @@ impl SceneDifference {
     }
 }
 
-/// What differs from `before` to `after`.
+/// Differences from `before` to `after`.
 pub fn compare(before: &SceneContents, after: &SceneContents) -> SceneDifference {
     let (old, new) = (&before.scene.instances, &after.scene.instances);
     let pairs = pairs(old, new);
@@ -231,7 +231,7 @@ fn object_changes(
     changes
 }
 
-/// What objects and the table have in common.
+/// Properties that objects and the table have in common.
 struct Body<'a> {
     label: &'a str,
     size_m: DVec3,

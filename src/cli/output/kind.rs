@@ -1,4 +1,4 @@
-//! What commands leave in folders, and how it differs from the files of others.
+//! Files that commands leave in folders, as distinct from the files of others.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -14,14 +14,14 @@ pub(super) const DATABASE_FILE: &str = "tabletopgen.sqlite";
 /// So many files of others are named in a message.
 const NAMED: usize = 3;
 
-/// What a folder is to hold.
+/// Kind of a folder's content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// The bundle of a scene.
     Bundle,
-    /// What `execute` writes.
+    /// The output of `execute`.
     Execution,
-    /// What `tasks` writes.
+    /// The output of `tasks`.
     Tasks,
     /// A dataset of `episodes`.
     Episodes,
@@ -29,7 +29,7 @@ pub enum Kind {
     Batch,
     /// A backup, to which the next one adds what is new.
     Backup,
-    /// What an evaluation keeps of a scene or of its images.
+    /// Artifacts that an evaluation keeps of a scene or of its images.
     Artifacts,
 }
 
@@ -89,7 +89,7 @@ pub(super) fn is_read_whole(input: &Path) -> bool {
 /// Whether a relative path belongs to the output in a folder.
 type Membership = Box<dyn Fn(&str) -> bool>;
 
-/// Which files the output in a folder has; `None` if there is no output of this kind.
+/// Test for the files that belong to the output in a folder; `None` if there is no output of this kind.
 fn membership(folder: &Path, kind: Kind, names: &[String]) -> Option<Membership> {
     let has = |name: &str| names.iter().any(|other| other == name);
     match kind {

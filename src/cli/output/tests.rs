@@ -1,4 +1,4 @@
-//! What may be written over what, and that nothing is half written.
+//! Tests of the outputs that may be replaced, and that nothing is half written.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! How a gripper takes an object.
+//! Grasp of an object by a parallel gripper.
 
 use catalog::{Affordance, PhysicalProperties, category};
 use geometry::parallel_grasp::{Gripper, ParallelGrasp, parallel_grasp};

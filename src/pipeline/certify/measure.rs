@@ -23,13 +23,13 @@ use scene::certificate::{
 use scene::{Input, InstanceId, ReconstructionMethod};
 use vision::image_similarity::{MismatchRegion, MismatchRegions, SceneSimilarity};
 
-/// How far a footprint may reach over the outline before the object counts as outside, meters.
+/// Maximum distance that a footprint may reach over the outline before the object counts as outside, meters.
 const OUTLINE_TOLERANCE_M: f64 = 0.001;
 
-/// What moves farther has left the world, or the simulation has exploded, meters.
+/// Displacement above which a body has left the world, or the simulation has exploded, meters.
 const LOST_M: f64 = 100.0;
 
-/// What physics and geometry say of the scene; bodies in order, the table first.
+/// Results of physics and geometry; bodies in order, the table first.
 pub(super) struct Measured {
     health: Vec<BodyHealth>,
     from_shipped: Stability,
@@ -233,7 +233,7 @@ fn movement(found: &Movement) -> Displacement {
     Displacement { distance_m: found.displacement_m, angle_rad: found.rotation_rad }
 }
 
-/// Why the verdict is what it is, in one sentence.
+/// Reason of the verdict, in one sentence.
 fn summary(inputs: &Inputs, pairs: usize, reasons: &[Reason]) -> String {
     let objects = inputs.composition.bodies.len().saturating_sub(1);
     let verdict = match reasons {
@@ -332,7 +332,7 @@ fn outline_margin_m(inputs: &Inputs, geometry: &Loaded, world_from_object: &Pose
     corners.map(|corner| depth_m(*corner)).fold(f64::INFINITY, f64::min)
 }
 
-/// What an object does instead of resting.
+/// Describes the motion of an object that does not rest.
 fn not_at_rest(inputs: &Inputs, name: &str, movement: &Movement) -> String {
     let limit_mm = 1e3 * movement.limit_m;
     let Movement { displacement_m, rotation_rad, overlap_m, .. } = *movement;

@@ -94,7 +94,7 @@ pub(super) fn health(inputs: &Inputs, loaded: &[Loaded]) -> Vec<BodyHealth> {
     inputs.composition.bodies.par_iter().zip(loaded).map(of).collect()
 }
 
-/// What a body of a scene cannot be.
+/// Reasons why a body cannot exist as it is described.
 pub(super) fn reasons(found: &BodyHealth, friction: &Friction, limits: &HealthSettings) -> Vec<Reason> {
     let name = &found.name;
     let mut reasons = Vec::new();

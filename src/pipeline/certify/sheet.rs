@@ -1,5 +1,5 @@
-//! What became of an image, on one sheet: the image, the pixels of each object, the table from above, and the finished
-//! scene from the image's camera.
+//! Overview of a scene from an image, on one sheet: the image, the pixels of each object, the table from above, and the
+//! finished scene from the image's camera.
 
 use imaging::Image;
 use render::annotate::sheet;

@@ -1,5 +1,5 @@
-//! What a model thinks of the finished scene, and what a robot could do in it: asked where the operator wants
-//! it, and kept in the report. It decides nothing: the verdict is what was measured.
+//! Ratings of the finished scene by a model, and its proposals of tasks for a robot: asked where the operator wants
+//! them, and kept in the report. They decide nothing: the verdict follows from measurements.
 
 use std::sync::Arc;
 
@@ -22,12 +22,12 @@ use scene::{Input, InstanceId};
 pub struct AppraiseSettings {
     /// Whether the analyst rates the finished scene, as the paper's evaluation does: one more call a scene.
     pub ratings: bool,
-    /// How many tasks for a robot the analyst proposes, 0..20; 0 asks for none, more is one call all the
-    /// same.
+    /// Number of tasks for a robot that the analyst proposes, 0..20; 0 asks for none, and any other number costs one
+    /// call.
     pub tasks: u32,
 }
 
-/// What is asked, and of whom.
+/// Questions of the rating, and the adapter that answers them.
 #[derive(Clone, Serialize)]
 pub(super) struct RatingRequest {
     settings: AppraiseSettings,
@@ -129,7 +129,7 @@ mod tests {
     use super::*;
     use ports::Port;
 
-    /// What stands in the report of a question that failed so.
+    /// Statements in the report about a question that failed so.
     fn failed(error: ProviderError) -> Result<Vec<String>, StageError> {
         let mut missing = Vec::new();
         let said = given::<Vec<u8>>(Err(error), "ratings", &mut missing)?;

@@ -34,7 +34,7 @@ pub(super) struct Rendered {
     /// The scene from the camera of the reference image.
     pub scene_view: Arc<Image>,
     pub top_view: Image,
-    /// Where it agrees with the reference image.
+    /// Image of the agreement of `scene_view` with the reference image.
     pub agreement: Image,
     pub likeness: SceneSimilarity,
 }
@@ -197,7 +197,7 @@ fn robot_grasps(inputs: &Inputs, body: usize) -> Option<&ObjectGrasps> {
     inputs.robot.as_ref()?.objects.get(body.checked_sub(1)?)?.as_ref()
 }
 
-/// What the table is called among categories.
+/// Name of the table among categories.
 const TABLE_CATEGORY: &str = "table";
 
 /// The one value every format is written from.

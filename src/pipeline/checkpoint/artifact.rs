@@ -18,7 +18,7 @@ pub struct ArtifactRef {
     pub size: u64,
 }
 
-/// What a running stage has put so far.
+/// Artifacts that a running stage has stored so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Artifacts(Arc<Mutex<Vec<FileRow>>>);
 

@@ -1,5 +1,5 @@
-//! What a stage function gets besides its inputs: a place for bytes, the CPU pool, the interrupt, the
-//! services. None of it may change the result; what may is in the inputs.
+//! Resources of a stage function besides its inputs: a place for bytes, the CPU pool, the interrupt, the services. None
+//! of them may change the result; everything that may is in the inputs.
 
 use std::sync::Arc;
 
@@ -66,7 +66,7 @@ impl<S> StageContext<S> {
         self.instance.as_ref()
     }
 
-    /// What the pipeline hands to its stages (the ports).
+    /// Services that the pipeline hands to its stages (the ports).
     pub fn services(&self) -> &Arc<S> {
         &self.services
     }
@@ -86,7 +86,7 @@ impl<S> StageContext<S> {
         Ok(self.cpu.run(work).await?)
     }
 
-    /// What a port is called with.
+    /// Context of a call to a port.
     pub fn call(&self) -> Call {
         let (store, lease) = (self.store.clone(), self.job.lease.clone());
         let ledger = JobLedger::new(store, lease, self.stage.name, self.instance.clone());

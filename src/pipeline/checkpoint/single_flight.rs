@@ -14,7 +14,7 @@ use store::checkpoints::StageKey;
 /// Keys being computed by this process. The holder of the inner lock computes; all others wait and then find the row.
 pub(super) type InProgress = BTreeMap<(TenantId, String), Weak<tokio::sync::Mutex<()>>>;
 
-/// How often a waiting job asks for the end of the other one's stage, at most and at least.
+/// Shortest and longest pause between two questions of a waiting job for the end of the other one's stage.
 const PAUSES: [Duration; 2] = [Duration::from_millis(50), Duration::from_millis(500)];
 
 impl StageRuntime {

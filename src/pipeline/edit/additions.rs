@@ -63,7 +63,7 @@ pub(super) async fn make(
     Ok(additions)
 }
 
-/// What a theme puts on a table, for an operation that adds clutter.
+/// Inputs of the request for objects of a theme, for an operation that adds clutter.
 #[derive(Serialize)]
 struct ThemeInputs {
     theme: String,
@@ -129,7 +129,7 @@ fn asked(request: &SceneRequest, text: String) -> SceneRequest {
     SceneRequest::new(Input::Text { text }, child_seed(request.seed, "add") & MAX_SEED, options)
 }
 
-/// What the parent's text says the table is for; of an image, its table.
+/// Theme that the parent's text states; a default for other scenes.
 fn theme_of(parent: &Composition) -> String {
     let themes = parent.account.iter().flat_map(|account| &account.understood);
     let theme = themes.clone().find_map(|understood| match &understood.meaning {

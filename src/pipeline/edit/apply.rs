@@ -24,7 +24,7 @@ use scene::{EditOperation, InstanceId, SupportRelation};
 
 pub const STAGE: Stage = Stage { name: "edit", version: 7 };
 
-/// What is done to the parent.
+/// Plan of a change of the parent.
 #[derive(Serialize)]
 pub struct Plan {
     /// Id of the parent in its `scene.json`.
@@ -154,7 +154,7 @@ struct Edited {
     changed: std::collections::BTreeSet<String>,
 }
 
-/// What each object rests on, which a text may state.
+/// Supporter and relation of each object, which a text may state.
 fn supports(draft: &Draft) -> BTreeMap<InstanceId, (Option<InstanceId>, SupportRelation)> {
     let support = |object: usize| {
         let supporter = draft.supporter(object);

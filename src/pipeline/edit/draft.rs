@@ -31,11 +31,11 @@ pub(super) struct Draft<'a> {
     pub cancel: CancelFlag,
     /// Of the parent, by name.
     parent_poses: BTreeMap<String, Pose>,
-    /// What was in each container of the parent, by name.
+    /// Content of each container of the parent, by name.
     parent_contents: BTreeMap<String, BTreeSet<String>>,
     /// Objects that operations name, which may move.
     named: BTreeSet<String>,
-    /// Why other objects moved.
+    /// Reasons why other objects moved, by name.
     causes: BTreeMap<String, String>,
     /// Bodies whose mesh or hulls are new.
     changed: BTreeSet<String>,

@@ -30,7 +30,7 @@ use scene::{EditOperation, EditPlace, InstanceId, RelationKind, SupportRelation,
 /// Tidied objects are this far apart, seen from above, meters.
 const TIDY_GAP_M: f64 = 0.008;
 
-/// What an operation is given besides the draft.
+/// Inputs of an operation besides the draft.
 pub(super) struct OperationInputs<'a> {
     /// Made for this operation, with their geometry.
     pub additions: Vec<(&'a NewObject, Loaded)>,

@@ -1,4 +1,4 @@
-//! What an edit would do, without doing it: references, places and collisions, but no new objects.
+//! Prediction of an edit without making it: references, places and collisions, but no new objects.
 
 use serde::Serialize;
 

@@ -146,7 +146,7 @@ fn drawn_material(object: &RecognizedObject, rng: &mut Rng) -> Option<String> {
     Some(materials[rng.random_range(0..materials.len())].to_owned())
 }
 
-/// What the text of the scene states, which no variant changes.
+/// Statements of the scene's text, which no variant changes.
 struct Stated {
     properties: BTreeMap<InstanceId, BTreeMap<String, String>>,
     /// Whether it says what the table is made of, or its color.

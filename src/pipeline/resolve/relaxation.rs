@@ -1,4 +1,4 @@
-//! What is done where there is no room: the job fails, objects are made smaller, or an object is moved to free space.
+//! Concessions where there is no room: the job fails, objects are made smaller, or an object is moved to free space.
 //!
 //! Nothing is done unless it is asked for. Where a table is too full all that stands on it is made smaller alike, so
 //! that objects keep their proportions; where an object does not find its place in or on another, it alone is, with
@@ -19,13 +19,13 @@ use scene::{SupportTree, Supporter};
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct NoSpaceSettings {
-    /// What is done when an object has to be given up.
+    /// Treatment of an object that has to be given up.
     pub outcome: OnNoSpace,
     /// Nothing is made smaller than this share of its size, 0.1..1. Less makes room on fuller tables.
     pub min_scale: f64,
 }
 
-/// What is done when an object has to be given up.
+/// Treatment of an object that has to be given up.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum OnNoSpace {
@@ -33,7 +33,7 @@ pub enum OnNoSpace {
     Fail,
     /// Objects are made smaller until there is room.
     Shrink,
-    /// It is moved to free space on the table.
+    /// Objects are moved to free space on the table.
     Move,
 }
 
@@ -48,7 +48,7 @@ pub(super) struct Attempt {
     moved: Vec<Relaxation>,
 }
 
-/// Why the last try failed.
+/// Reason why the last try failed.
 pub(super) struct Infeasible {
     /// Names of the objects to be given up.
     pub names: Vec<String>,
@@ -93,7 +93,7 @@ impl Attempt {
         }
     }
 
-    /// What was conceded, object by object.
+    /// Concessions so far, object by object.
     pub fn gave_way(&self) -> Vec<Relaxation> {
         let shrunk = self.parts.iter().zip(&self.scales).filter(|(_, scale)| **scale != 1.0);
         let shrunk = shrunk.map(|(part, &scale)| Relaxation {

@@ -1,4 +1,4 @@
-//! What is done where there is no room, from the failure to poses that hold.
+//! Concessions where there is no room, from the failure to poses that hold.
 
 use glam::DVec2;
 use serde::de::DeserializeOwned;

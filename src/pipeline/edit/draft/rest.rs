@@ -1,4 +1,4 @@
-//! How objects of a draft find a place and come to rest.
+//! Placing and settling of the objects of a draft.
 
 use glam::DVec3;
 

@@ -35,7 +35,7 @@ impl MetDemand {
     }
 }
 
-/// What a text demands of a layout.
+/// Demands of a text on a layout.
 #[derive(Default)]
 struct Demands {
     met: Vec<MetDemand>,
@@ -132,7 +132,7 @@ fn states_distance(text: &str) -> bool {
     text.chars().any(|c| c.is_ascii_digit()) || text.split(|c: char| !c.is_ascii_alphabetic()).any(is_unit)
 }
 
-/// What carries an object directly or indirectly and stands on the table.
+/// Object on the table that carries an object directly or indirectly, perhaps itself.
 fn root(workspace: &Workspace, mut object: usize) -> usize {
     while let Some(parent) = workspace.objects[object].supporter.parent {
         object = parent;
@@ -140,7 +140,7 @@ fn root(workspace: &Workspace, mut object: usize) -> usize {
     object
 }
 
-/// What others are relative to comes first, and of the rest the largest.
+/// Sorts the objects: those that others are relative to come first, and of the rest the largest.
 fn in_order(movable: &mut Vec<usize>, draft: &Draft, demands: &Demands) {
     let area_m2 = |object: usize| {
         let (low, high) = draft.workspace.objects[object].footprint().bounds();
