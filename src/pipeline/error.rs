@@ -9,7 +9,7 @@ use runtime::Cancelled;
 use runtime::ComputationFailed;
 use store::StoreError;
 
-/// Whether trying again can help.
+/// Class of a failure, which decides whether the stage is tried again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StageErrorClass {
     /// May pass by itself.

@@ -17,7 +17,7 @@ pub struct Registry {
     scenes: HashMap<RequestDigest, (u64, Box<str>)>,
 }
 
-/// Whether a request is computed.
+/// Admission of a request to the computation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Admission {
     /// First request of its name and of its content.

@@ -57,7 +57,7 @@ pub struct Category {
     /// States that it can be in or shows, beside standing upright.
     #[serde(default)]
     pub states: Vec<State>,
-    /// Whether it has a front (its local -y) that usually faces the person.
+    /// Usual direction of the front (local -y), if the object has one.
     pub facing: Facing,
     /// Order of rotational symmetry about its vertical axis; 0 = any angle.
     pub symmetry_order: u32,

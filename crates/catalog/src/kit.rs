@@ -89,8 +89,8 @@ impl Shape {
         origin.filter(|shape| shape.like.is_none()).ok_or_else(|| ShapeError::NotLike(name.clone()))
     }
 
-    /// Whether the shape has parts and every part is a solid with a surface. Builds the parts; the tests of the catalog
-    /// check every shape.
+    /// Checks that the shape has parts and every part is a solid with a surface. Builds the parts; the tests of the
+    /// catalog check every shape.
     pub fn check(&self) -> Result<(), ShapeError> {
         let origin = self.origin()?;
         if origin.part.is_empty() {

@@ -47,7 +47,7 @@ pub fn stand_in(noun: &str) -> Option<&'static StandIn> {
     }
 }
 
-/// Whether an object of that name can stand on a table; `None` for words that the lexicon does not have. The noun is
+/// Ability of an object of that name to stand on a table; `None` for words that the lexicon does not have. The noun is
 /// as for [`stand_in`]. "toy", "model" or "miniature" before a noun makes a toy of what is too large or a person.
 pub fn placeability(noun: &str) -> Option<Placeability> {
     lexicon::lexicon().placeability(noun)

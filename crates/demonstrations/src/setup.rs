@@ -308,7 +308,7 @@ fn instructions(works: &[Work], place: Option<&TaskPlace>) -> Result<Vec<String>
     }
 }
 
-/// Whether a camera that is fixed to the world is inside of something.
+/// Message about a camera that is fixed to the world and inside the table or an object; `None` if it is outside of all.
 fn inside(camera: &CameraSpec, parts: &SceneParts) -> Option<String> {
     if camera.mount != Mount::World {
         return None;

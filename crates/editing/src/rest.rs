@@ -394,7 +394,7 @@ impl Workspace {
         if found.is_supported() { Ok(()) } else { Err(RestFault::NotCarried) }
     }
 
-    /// Whether the top of what an object stands on reaches far enough around its center of mass.
+    /// Checks that the top of the object's supporter reaches far enough around its center of mass.
     fn judge_breadth(&self, index: usize) -> Result<(), RestFault> {
         let object = &self.objects[index];
         let (Some(parent), SupportRelation::On) = (object.supporter.parent, object.supporter.relation) else {

@@ -27,7 +27,7 @@ pub struct CameraDescription {
     pub height_px: u32,
     /// Whether each frame has depth along the optical axis, in meters.
     pub depth: bool,
-    /// Whether each frame has the id of the instance at each pixel; 0 is none.
+    /// Width of the ids in the image of instances at each pixel, if frames have one; id 0 is none.
     pub instance_ids: Option<InstanceIdWidth>,
 }
 

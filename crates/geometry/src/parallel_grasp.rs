@@ -114,7 +114,7 @@ struct Candidate {
     normal: DVec3,
 }
 
-/// Whether the hand comes from above, tilted at most as a wall is, or horizontally.
+/// Direction of the hand: from above, tilted at most as a wall is, or horizontal.
 #[derive(Clone, Copy, PartialEq)]
 enum Approach {
     Above,

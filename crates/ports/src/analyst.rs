@@ -49,7 +49,7 @@ pub trait SceneAnalyst: Send + Sync {
     /// The axis-aligned rotation, one of 24, that orients a raw mesh upright as in the image.
     fn upright<'a>(&'a self, call: &'a Call, question: UprightQuestion) -> Answer<'a, Upright>;
 
-    /// Whether a generated top view shows the table of the reference image. Adapters without image input return
+    /// Judges whether a generated top view shows the table of the reference image. Adapters without image input return
     /// `Unsupported`; callers must not treat that as acceptance.
     fn check_top_view<'a>(&'a self, _call: &'a Call, _question: TopCheck) -> Answer<'a, TopVerdict> {
         let reason = "it looks at no drawings; put a chat provider into providers.analyst, or leave drawn views from \
@@ -175,7 +175,7 @@ pub struct TaskObject {
     /// Width, depth, height, meters.
     pub size_m: [f64; 3],
     pub mass_kg: f64,
-    /// Whether the object is on or in its support.
+    /// Relation to the support: on it or in it.
     pub relation: SupportRelation,
     /// The support: `table`, or a name.
     pub carried_by: String,

@@ -49,7 +49,7 @@ pub enum FailureKind {
     NotKept,
 }
 
-/// Whether the vendor bills a call.
+/// Billing of a call by the vendor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Billed {
     No,
@@ -144,7 +144,7 @@ impl FailureKind {
         )
     }
 
-    /// Whether the vendor bills the call. Vendors bill answers including refusals; they do not bill rejected requests
+    /// Billing of the call by the vendor. Vendors bill answers including refusals; they do not bill rejected requests
     /// or their own errors.
     pub fn billed(self) -> Billed {
         match self {

@@ -16,7 +16,7 @@ pub struct ProviderSettings {
     pub segmenter: Vec<SegmenterProvider>,
     /// Adapters of the mesh generator port, likewise.
     pub mesh_generator: Vec<MeshProvider>,
-    /// Whether calls use the network, record it, or replay a recording.
+    /// Transport of calls: the network, the network with a recording, or a replayed recording.
     pub mode: TransportMode,
     /// The cassette: a folder, or for replay also a ZIP archive of one; empty where there is none.
     pub cassette: String,

@@ -77,7 +77,7 @@ pub enum ReasonCode {
     UnlikeImage,
 }
 
-/// Whether the scene may be used.
+/// Verdict on the use of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {

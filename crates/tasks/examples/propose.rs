@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Whether the default wording has the same goal when it is read as an instruction.
+/// Checks that the default wording has the same goal when it is read as an instruction.
 fn read_back(proposal: &ProposedTask, scene: &TaskScene) -> Result<(), String> {
     let settings: TextParserSettings = test_settings::section("analyst");
     let options = DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() };

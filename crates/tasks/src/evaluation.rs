@@ -1,4 +1,4 @@
-//! Whether the predicates of a goal hold, decided from poses, contacts and convex hulls.
+//! Evaluation of the predicates of a goal from poses, contacts and convex hulls.
 //!
 //! Each predicate compares one measured value with one limit. The tolerances are those of success tests in use
 //! (ManiSkill, robosuite, RoboTwin, LIBERO) where these agree, and of [`scene::predicates`] for directions and places.

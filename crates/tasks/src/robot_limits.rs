@@ -50,7 +50,7 @@ impl RobotLimits {
     }
 }
 
-/// Whether a gripper can grasp a shape in its upright pose, or how wide the shape is.
+/// Width at which a gripper can grasp a shape in its upright pose, or the width that is too much.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GraspWidth {
     /// Distance between the fingers, meters.

@@ -103,7 +103,7 @@ impl Obstacle {
     }
 }
 
-/// Whether an object of some name can stand on a table.
+/// Ability of an object of some name to stand on a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placeability {
     Placeable(&'static StandIn),

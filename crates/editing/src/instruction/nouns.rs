@@ -258,7 +258,7 @@ impl Cursor {
         Ok(NewObjects::Clutter { count, theme })
     }
 
-    /// Whether the last words are a noun for something that stands on a table.
+    /// Checks that the last words are a noun for something that stands on a table.
     fn check_noun(&self, noun: &str, start: usize, end: usize) -> Outcome<()> {
         let lower = noun.to_lowercase().replace('-', " ");
         let head = lower.split(" of ").next().unwrap_or_default();

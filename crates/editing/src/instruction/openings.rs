@@ -86,7 +86,7 @@ const QUESTIONS: &[&str] = &[
 ];
 
 impl Cursor {
-    /// Whether the whole text asks for changes.
+    /// Checks that the whole text asks for changes.
     pub fn check_mood(&self) -> Outcome<()> {
         if self.tokens.iter().all(|token| token.word == ".") {
             return Err(self.error(0, 0, Reason::Empty));

@@ -1,4 +1,4 @@
-//! Whether a measured color is what a color word means.
+//! Comparison of measured colors with color words.
 //!
 //! Distances are Euclidean in Oklab (Ottosson, 2020), where 0.02 is just noticeable. A basic word ("red") means the
 //! colors that are nearer to it than to any other basic word. Other words ("crimson", "dark blue") mean their

@@ -85,7 +85,7 @@ pub enum Content {
     Relationship(Path),
 }
 
-/// Whether an attribute may change over time.
+/// Dependence of an attribute on time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variability {
     Varying,

@@ -1,4 +1,4 @@
-//! Whether a motion problem can be solved: every planner that there is, again and again, until one has a path.
+//! Test whether a motion problem can be solved: every planner that there is, again and again, until one has a path.
 //!
 //! The straight way is certified first. Then RRT-Connect searches with other seeds, steps, rules for failing nodes and
 //! distances between checks than an execution's, each time with more samples. Only a path that the exact check

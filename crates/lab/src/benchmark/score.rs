@@ -29,7 +29,7 @@ pub const LEANING_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// A mesh stands on another side if its vertical axis deviates from the true one by more than this, radians.
 const WRONG_SIDE_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
-/// Whether an object's yaw is scored, or the reason why it is not.
+/// Status of an object's yaw in the score: scored, or the reason why it is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum YawStatus {

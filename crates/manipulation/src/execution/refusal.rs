@@ -161,7 +161,7 @@ fn thinnest_m(hull: &geometry::ConvexHull) -> f64 {
     planes.iter().map(|(normal, _)| extent(*normal)).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether no two objects of a goal take each other's place: both stacked on one, or more in an opening than fits.
+/// Checks that no two objects of a goal take each other's place: both stacked on one, or more in an opening than fits.
 fn can_be_shared(goal: &Goal, start: &[PosedObject]) -> Result<(), Refusal> {
     let predicates = goal.predicates();
     for (index, first) in predicates.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Whether an arm can make the motions of a task, without a simulation.
+//! Test whether an arm can make the motions of a task, without a simulation.
 
 use geometry::Pose;
 use nalgebra::Isometry3;

@@ -1,4 +1,4 @@
-//! Whether a robot performs every verb of an instruction, and whether the goal says all that the verbs say.
+//! Check that a robot performs every verb of an instruction, and that the goal states all that the verbs do.
 //!
 //! The analyst finds a goal in many sentences that ask for more than it: "crack the egg into the pan" ends with the egg
 //! in the pan. Therefore the verbs decide, and they are listed ([`super::performed`]). Words are examined in the places

@@ -90,7 +90,7 @@ impl BareTop {
         (hull.len() > 2).then_some(Self { hull, is_other, largest_share })
     }
 
-    /// Whether it is the top of one table.
+    /// Checks that it is the top of one table.
     ///
     /// # Errors
     ///

@@ -106,7 +106,7 @@ fn recognized(recognized: &RecognizedImage) -> Value {
     })
 }
 
-/// Whether the second image is the top view of the first.
+/// Answers whether the second image is the top view of the first.
 async fn top_checked(sessions: &ImageSessions, question: &Question) -> Result<Value, VendorError> {
     let [image, top] = &question.images[..] else {
         return Err(VendorError::Invalid("two images are wanted".into()));
