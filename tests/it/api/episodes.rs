@@ -59,7 +59,7 @@ fn files(folder: &Path, path: &str, found: &mut BTreeMap<String, Vec<u8>>) {
     }
 }
 
-/// What the command writes for the bundle in `at`.
+/// Files that the command writes for the bundle in `at`.
 fn commanded(at: &Path) -> BTreeMap<String, Vec<u8>> {
     let done = Command::new(env!("CARGO_BIN_EXE_tabletopgen"))
         .args(["episodes", "--bundle", "scene.zip", "--task", TASK, "--count", "2", "--cameras", "front"])

@@ -1,5 +1,5 @@
-//! Who may ask: hosts of this server, no pages of other sites, and no client beyond this machine unless the operator
-//! allows it.
+//! Clients that may ask: hosts of this server, no pages of other sites, and no client beyond this machine unless the
+//! operator allows it.
 
 use hyper::Method;
 use tabletopgen::app::AppError;

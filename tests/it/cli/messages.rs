@@ -1,4 +1,4 @@
-//! What commands say to wrong input: what was attempted, on what, and what to do instead.
+//! Messages of commands about wrong input: what was attempted, on what, and what to do instead.
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,4 +1,4 @@
-//! What operators see of one scene: metrics, traces and the log, of the program itself with a remote model and a
+//! Telemetry of one scene for operators: metrics, traces and the log, of the program itself with a remote model and a
 //! collector of traces. None of them holds a secret.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -236,7 +236,7 @@ async fn one_scene_in_metrics_traces_and_log_and_no_secret_in_any() {
     assert!(!log.contains("a mug"), "the text of a request is in the log");
 }
 
-/// What the server exposes is what [`METRICS`] lists: names, types and labels.
+/// Checks that the server exposes exactly the metrics of [`METRICS`]: names, types and labels.
 fn metrics_are_those_of_the_table(exposition: &str) {
     let mut kinds = BTreeMap::new();
     let mut labels: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();

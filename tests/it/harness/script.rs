@@ -19,7 +19,7 @@ pub const ALPHA: Stage = Stage { name: "alpha", version: 1 };
 pub const BETA: Stage = Stage { name: "beta", version: 1 };
 pub const OMEGA: Stage = Stage { name: "omega", version: 1 };
 
-/// What the next run of a stage does.
+/// Behavior of the next run of a stage.
 #[derive(Clone, Debug)]
 pub enum Act {
     /// Waits for [`Script::open_gate`], or for the interrupt.
@@ -54,7 +54,7 @@ impl Script {
         Self { plan: Mutex::new(plan), runs: Mutex::default(), gate: Semaphore::new(0), passes }
     }
 
-    /// What the next run of a stage does, after what was planned before.
+    /// Plans the next run of a stage, after those planned before.
     pub fn next(&self, stage: &'static str, act: Act) {
         self.plan.lock().unwrap().entry(stage).or_default().push_back(act);
     }
@@ -64,7 +64,7 @@ impl Script {
         self.gate.add_permits(1000);
     }
 
-    /// Which stages were computed, in order: `alpha`, `beta/mug_1`, ...
+    /// Computed stages, in order: `alpha`, `beta/mug_1`, ...
     pub fn runs(&self) -> Vec<String> {
         self.runs.lock().unwrap().clone()
     }
@@ -124,7 +124,7 @@ async fn build(context: JobContext, script: Arc<Script>) -> Result<BuiltScene, S
     })
 }
 
-/// What every stage does first.
+/// First part of every stage: the planned behavior.
 async fn act(context: &StageContext<Script>) -> Result<(), StageError> {
     let script = context.services();
     let stage = context.stage_name();

@@ -25,7 +25,7 @@ fn files(kind: &str) -> Vec<(String, Bytes)> {
     files
 }
 
-/// What a reader says of each file; that it panicked is an answer too.
+/// Checks that a reader refuses every file with a message and without a panic.
 fn refused<T>(kind: &str, read: impl Fn(&Bytes) -> Result<T, String>) {
     let files = files(kind);
     assert!(files.len() >= 5, "{kind}");

@@ -1,4 +1,4 @@
-//! What the parser and the layout know of a text reaches the bundle, the report and the printed documents.
+//! Statements of the parser and the layout about a text reach the bundle, the report and the printed documents.
 
 use std::path::Path;
 use std::process::Command;

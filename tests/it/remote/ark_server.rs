@@ -19,10 +19,10 @@ use tokio_util::task::AbortOnDropHandle;
 
 use crate::remote::wire_faults::{Faults, WireFault};
 
-/// What the server takes.
+/// Key that the server accepts.
 pub const KEY: &str = "ark-0123456789";
 
-/// What one request gets in place of a good answer.
+/// Fault that one request gets in place of a good answer.
 #[derive(Clone, Debug)]
 pub enum Fault {
     Wire(WireFault),

@@ -1,4 +1,4 @@
-//! What tests of remote adapters share: books that remember everything, impatient endpoints, names of errors.
+//! Parts shared by tests of remote adapters: books that remember everything, impatient endpoints, names of errors.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,7 +21,7 @@ use runtime::CpuPool;
 /// Books that remember everything, with a budget.
 pub struct Book {
     pub rows: Mutex<Vec<(Intent, Option<Settlement>)>>,
-    /// What came of vendors' jobs, by row; `None` = nothing more will.
+    /// Results of vendors' jobs, by row; `None` = nothing more will come.
     pub files: Mutex<BTreeMap<i64, Option<Bytes>>>,
     pub cancelled: AtomicBool,
     pub budget: MicroUsd,
@@ -49,7 +49,7 @@ impl Book {
         self.rows.lock().unwrap().iter().map(|(_, end)| end.as_ref().map(|end| end.outcome)).collect()
     }
 
-    /// What has been spent, unknown costs at what was set aside.
+    /// Spent sum, with unknown costs at the reserved amount.
     pub fn spent(&self) -> i64 {
         let rows = self.rows.lock().unwrap();
         rows.iter()

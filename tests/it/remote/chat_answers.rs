@@ -1,4 +1,4 @@
-//! What the chat server answers: a fork beside an apple on a plate, asked for in words or seen in an image.
+//! Answers of the chat server: a fork beside an apple on a plate, asked for in words or seen in an image.
 
 use std::sync::Arc;
 

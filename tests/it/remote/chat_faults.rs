@@ -10,7 +10,7 @@ use crate::remote::bench::class;
 use crate::remote::chat::{Bench, endpoint};
 use crate::remote::chat_server::Fault;
 
-/// What a good answer of the server costs, millionths of a dollar.
+/// Price of a good answer of the server, millionths of a dollar.
 const PRICE: i64 = 6000;
 
 const ANSWERED: &str = "answered";
@@ -36,12 +36,12 @@ impl Operation {
     }
 }
 
-/// What comes of a description: `ok` or a class, and the outcomes written down.
+/// Result of a description: `ok` or a class, and the recorded outcomes.
 async fn ended(bench: &Bench, faults: &[Fault]) -> (String, Vec<&'static str>) {
     asked(Operation::Describe, bench, faults).await
 }
 
-/// What comes of a question.
+/// Result of a question: `ok` or a class, and the recorded outcomes.
 async fn asked(operation: Operation, bench: &Bench, faults: &[Fault]) -> (String, Vec<&'static str>) {
     bench.server.script(faults.iter().cloned());
     let result = operation.result(bench).await;

@@ -1,5 +1,5 @@
-//! What the chat analyst says of meshes and of finished scenes: what is asked, what is taken, and what the
-//! image has to say.
+//! Opinions of the chat analyst on meshes and on finished scenes: its questions, the accepted answers, and the evidence
+//! of the image.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -169,7 +169,7 @@ fn apart(one: &Image, other: &Image) -> f64 {
     sum / one.len() as f64
 }
 
-/// How far apart two rotations are that may differ by a turn about the vertical, radians.
+/// Angle between two rotations that may differ by a turn about the vertical, radians.
 fn tilt(one: DQuat, other: DQuat) -> f64 {
     (one.conjugate() * DVec3::Z).angle_between(other.conjugate() * DVec3::Z)
 }

@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 use tokio::net::TcpListener;
 use tokio_util::task::AbortOnDropHandle;
 
-/// What one request gets in place of a good answer.
+/// Fault that one request gets in place of a good answer.
 #[derive(Clone, Debug)]
 pub enum Fault {
     /// A good answer, late.
@@ -64,7 +64,7 @@ pub struct Billed {
     pub body: Bytes,
 }
 
-/// What answers are made of: the schema's name in, the answer out.
+/// Source of answers: the schema's name in, the answer out.
 pub type Answers = Arc<dyn Fn(String) -> BoxFuture<'static, Value> + Send + Sync>;
 
 /// A running server.
@@ -81,7 +81,7 @@ struct Shared {
     requests: Mutex<Vec<Value>>,
 }
 
-/// What the server takes; it also takes callers without a key, as servers of one's own do.
+/// Key that the server accepts; it also accepts callers without a key, as servers of one's own do.
 pub const KEY: &str = "sk-test-0123456789";
 
 impl ChatServer {

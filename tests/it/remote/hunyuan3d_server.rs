@@ -17,7 +17,7 @@ use tokio_util::task::AbortOnDropHandle;
 
 use crate::remote::wire_faults::{Faults, WireFault};
 
-/// What one poll at a job gets in place of the truth.
+/// Fault that one poll at a job gets in place of the truth.
 #[derive(Clone, Debug)]
 pub enum PollFault {
     Wire(WireFault),

@@ -27,7 +27,7 @@ use crate::remote::bench::{self, Book, class};
 use crate::remote::images_server::{Artist, Fault, ImageRequest, ImagesServer, KEY};
 use crate::remote::wire_faults::{self, WireFault};
 
-/// What an answer of the server costs: 100 tokens at 5 dollars a million, 400 at 10, 1000 at 40.
+/// Price of an answer of the server: 100 tokens at 5 dollars a million, 400 at 10, 1000 at 40.
 const PRICE: i64 = 500 + 4_000 + 40_000;
 
 const ANSWERED: &str = "answered";

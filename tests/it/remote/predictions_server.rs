@@ -18,18 +18,18 @@ use tokio_util::task::AbortOnDropHandle;
 
 use crate::remote::wire_faults::{Faults, WireFault};
 
-/// What the server takes.
+/// Key that the server accepts.
 pub const KEY: &str = "r8_test_0123456789";
 
-/// What one poll at a prediction gets in place of the truth.
+/// Fault that one poll at a prediction gets in place of the truth.
 #[derive(Clone, Debug)]
 pub enum PollFault {
     Wire(WireFault),
-    /// It failed, with this error.
+    /// Failure with this error.
     Failed(&'static str),
     /// Done, with this output.
     Output(Value),
-    /// It is gone.
+    /// A prediction that no longer exists.
     Unknown,
 }
 

@@ -17,7 +17,7 @@ use tokio_util::task::AbortOnDropHandle;
 
 use crate::remote::wire_faults::{Faults, WireFault};
 
-/// What one request gets in place of a good answer.
+/// Fault that one request gets in place of a good answer.
 #[derive(Clone, Debug)]
 pub enum Fault {
     Wire(WireFault),

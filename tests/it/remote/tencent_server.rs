@@ -20,14 +20,14 @@ use tokio_util::task::AbortOnDropHandle;
 
 use crate::remote::wire_faults::{Faults, WireFault};
 
-/// Who may ask.
+/// Id of the client that may ask.
 pub const SECRET_ID: &str = "AKIDtest0123456789";
 pub const SECRET_KEY: &str = "tc-secret-0123456789";
 
 /// Polls that find a job running.
 const POLLS: usize = 2;
 
-/// What one request gets in place of a good answer.
+/// Fault that one request gets in place of a good answer.
 #[derive(Clone, Debug)]
 pub enum Fault {
     Wire(WireFault),
@@ -95,7 +95,7 @@ impl TencentServer {
         self.state.asked.lock().unwrap().clone()
     }
 
-    /// What proved who downloads.
+    /// Proofs of identity that downloads carried.
     pub fn proofs(&self) -> Vec<String> {
         self.state.proofs.lock().unwrap().clone()
     }
@@ -126,7 +126,7 @@ async fn act(State(state): State<Arc<Shared>>, request: Request) -> Response {
     }
 }
 
-/// What `Authorization` has to be; the day is the one that it names.
+/// Right value of `Authorization`; the day is the one that it names.
 fn signature(given: &str, [content_type, host, action]: &[String; 3], timestamp: u64, body: &[u8]) -> String {
     let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     let day = given.split('/').nth(1).unwrap_or_default();

@@ -10,7 +10,7 @@ use axum::response::Response;
 use bytes::Bytes;
 use futures::stream;
 
-/// What one request gets in place of a good answer.
+/// Fault that one request gets in place of a good answer.
 #[derive(Clone, Debug)]
 pub enum WireFault {
     /// A good answer, late.
@@ -41,7 +41,7 @@ impl WireFault {
         !matches!(self, Self::Busy(_) | Self::Status(..) | Self::Redirect(_))
     }
 
-    /// What comes in place of the good answer `body`.
+    /// Response in place of the good answer `body`.
     pub async fn response(self, content_type: &str, body: Bytes) -> Response {
         let ok = |content_type: &str, body: Body| {
             Response::builder().header("content-type", content_type).body(body).unwrap()
@@ -84,7 +84,7 @@ impl WireFault {
     }
 }
 
-/// What the first requests get, the class that it ends in, and the outcomes that are written down.
+/// Faults of the first requests, the class of the result, and the recorded outcomes.
 pub type Case<F> = (Vec<F>, &'static str, Vec<&'static str>);
 
 /// The script that every adapter has to survive whose question is answered at once and costs something.
@@ -123,7 +123,7 @@ pub fn cases<F>(fault: impl Fn(WireFault) -> F) -> Vec<Case<F>> {
     all.collect()
 }
 
-/// What the next requests get, in order; those after them, good answers.
+/// Faults of the next requests, in order; those after them get good answers.
 #[derive(Clone, Debug)]
 pub struct Faults<F>(Arc<Mutex<VecDeque<F>>>);
 

@@ -99,7 +99,7 @@ async fn a_data_directory_has_one_user() {
     assert!(message.contains("in use by another process") && message.contains("--data-dir"), "{message}");
 }
 
-/// What a crash between the blob and its row leaves: a blob without a reference.
+/// A crash between the blob and its row leaves a blob without a reference.
 #[tokio::test]
 async fn a_blob_without_its_row_is_a_stage_that_runs_again() {
     let script = Script::new(&[]);
