@@ -7,17 +7,15 @@ use std::path::PathBuf;
 use std::{fs, io};
 
 use crate::source::{Source, root};
-use crate::{Finding, Rule, width, words};
+use crate::{Finding, Rule, doc_openings, width, words};
 
 /// Findings by path and rule.
 pub type Counts = BTreeMap<(String, Rule), usize>;
 
 /// All findings of the rules that have a budget.
 pub fn findings(sources: &[Source]) -> Vec<Finding> {
-    sources
-        .iter()
-        .flat_map(|source| words::findings(source).into_iter().chain(width::findings(source)))
-        .collect()
+    let rules = [words::findings, width::findings, doc_openings::findings];
+    sources.iter().flat_map(|source| rules.iter().flat_map(move |rule| rule(source))).collect()
 }
 
 pub fn counts(findings: &[Finding]) -> Counts {

@@ -6,6 +6,7 @@
 //! ```text
 //! cargo run -p tabletopgen-tidy -- words [PATH...]    banned words as path:line: word: text
 //! cargo run -p tabletopgen-tidy -- widths [PATH...]   comment lines that are too wide
+//! cargo run -p tabletopgen-tidy -- openings [PATH...] doc comments that do not begin with what the item is
 //! cargo run -p tabletopgen-tidy -- budget             rewrites budget.txt after findings are fixed
 //! ```
 
@@ -22,6 +23,7 @@ pub mod imports;
 pub mod forms;
 pub mod settings;
 pub mod width;
+pub mod doc_openings;
 pub mod words;
 pub mod allowed;
 
@@ -48,18 +50,21 @@ pub struct Finding {
 pub enum Rule {
     CommentWidth,
     CommentWord,
+    DocOpening,
     IdentifierWord,
     TypeName,
 }
 
 impl Rule {
-    pub const ALL: [Self; 4] = [Self::CommentWidth, Self::CommentWord, Self::IdentifierWord, Self::TypeName];
+    pub const ALL: [Self; 5] =
+        [Self::CommentWidth, Self::CommentWord, Self::DocOpening, Self::IdentifierWord, Self::TypeName];
 
     /// The name in `budget.txt`.
     pub fn name(self) -> &'static str {
         match self {
             Self::CommentWidth => "comment-width",
             Self::CommentWord => "comment-word",
+            Self::DocOpening => "doc-opening",
             Self::IdentifierWord => "identifier-word",
             Self::TypeName => "type-name",
         }

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use tidy::source::{folders, root, sources_below};
-use tidy::{Finding, Rule, budget, listing, width, words};
+use tidy::{Finding, Rule, budget, doc_openings, listing, width, words};
 
 const USAGE: &str = "\
 usage: cargo run -p tabletopgen-tidy -- COMMAND
 
   words [PATH...]    banned words as `path:line: word: text`; without a path, totals per crate
   widths [PATH...]   comment lines that are too wide; without a path, totals per crate
+  openings [PATH...] doc comments that do not begin with what the item is; without a path, totals per crate
   budget             rewrites crates/tidy/budget.txt; refuses if a total has risen
 ";
 
@@ -22,6 +23,9 @@ fn main() -> ExitCode {
             list(paths, words::findings, &[Rule::CommentWord, Rule::IdentifierWord, Rule::TypeName])
         }
         Some((command, paths)) if command == "widths" => list(paths, width::findings, &[Rule::CommentWidth]),
+        Some((command, paths)) if command == "openings" => {
+            list(paths, doc_openings::findings, &[Rule::DocOpening])
+        }
         Some((command, [])) if command == "budget" => rewrite_budget(),
         _ => Err(USAGE.to_owned()),
     };

@@ -55,12 +55,12 @@ pub struct Place {
 }
 
 impl Place {
-    /// Offset from the other to this.
+    /// Offset from the other place to this one.
     pub fn beside(self, other: Self) -> Self {
         Self { center_px: self.center_px - other.center_px, log_zoom: self.log_zoom - other.log_zoom }
     }
 
-    /// This, moved on by as much.
+    /// The place moved by an offset.
     pub fn moved(self, by: Self) -> Self {
         Self { center_px: self.center_px + by.center_px, log_zoom: self.log_zoom + by.log_zoom }
     }

@@ -12,6 +12,7 @@ mod budgets;
 mod scanner;
 mod import_reader;
 mod word_reader;
+mod doc_openings;
 
 /// Every source file, read once.
 static TREE: LazyLock<Vec<Source>> = LazyLock::new(tree);
