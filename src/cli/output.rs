@@ -103,7 +103,7 @@ impl Output {
             Ok(None) => return None,
             Ok(Some(foreign)) => foreign,
             Err(error) => {
-                return Some(Failure::new(Exit::Error, format!("cannot look into {place}: {error}")));
+                return Some(Failure::new(Exit::Error, format!("cannot read {place}: {error}")));
             }
         };
         let what = self.kind.name();

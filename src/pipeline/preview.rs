@@ -192,7 +192,7 @@ fn bounds(bodies: &[PreviewBody]) -> (DVec3, DVec3) {
 fn unless_unfit<T>(made: Result<T, GpuError>) -> Result<Option<T>, GpuError> {
     match made {
         Err(error) if !error.is_device_failure() => {
-            tracing::warn!(%error, "a preview is painted on the CPU");
+            tracing::warn!(%error, "a preview is rendered on the CPU");
             Ok(None)
         }
         made => made.map(Some),

@@ -13,7 +13,7 @@ use ports::{Adapter, Ports, ReconstructionRequest};
 use runtime::seed::child_seed;
 use scene::{InstanceId, Recognition, RecognizedObject, RecognizedTable, ReconstructionMethod, SceneRequest};
 
-pub const STAGE: Stage = Stage { name: "reconstruct", version: 8 };
+pub const STAGE: Stage = Stage { name: "reconstruct", version: 9 };
 
 /// Name of the table among the instances of this stage.
 const TABLE: &str = "table";

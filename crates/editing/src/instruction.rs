@@ -135,7 +135,7 @@ pub enum Reason {
     Destination,
     #[error("one object replaces one; name one new object, singular")]
     OneForOne,
-    #[error("the table cannot be moved, removed or replaced; \"make the table oak\" changes its look")]
+    #[error("the table cannot be moved, removed or replaced; \"make the table oak\" changes its appearance")]
     Table,
     #[error("tables have no such finish; use oak, walnut, pine, birch, glass, steel, marble or a color")]
     TableMaterial,

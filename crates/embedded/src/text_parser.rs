@@ -93,7 +93,7 @@ pub enum DescribeError {
     Empty,
     #[error("the text has {chars} characters, the most read is {limit}: shorten it to a list of objects")]
     TooLong { chars: usize, limit: usize },
-    #[error("no word of the text is a thing the catalog knows{}: name everyday tabletop objects, such as {}",
+    #[error("no word of the text names an object of the catalog{}: name everyday tabletop objects, such as {}",
         unknown_clause(.terms), .suggestions.join(", "))]
     NothingRecognized { terms: Vec<String>, suggestions: Vec<String> },
     #[error(

@@ -206,7 +206,7 @@ fn missing_text(description: &DatasetDescription, format: Format, formats: &[For
 
 fn limits_text(summary: &DatasetSummary, fps: u32) -> String {
     let mut text = format!(
-        "The largest shares that the numbers of all episodes use: of a range from its middle, and of velocity, acceleration \
+        "The largest shares that the numbers of all episodes use: of a range from its center, and of velocity, acceleration \
          and jerk by differences at {fps} Hz. Above 100 % is beyond a limit.\n\n\
          | feature | number | position | velocity | acceleration | jerk |\n\
          | --- | --- | ---: | ---: | ---: | ---: |\n"

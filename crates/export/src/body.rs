@@ -172,7 +172,10 @@ fn checked_body(facts: &Facts<'_>, asset: &BodyAsset) -> Result<Body, ExportErro
     }
     if asset.hulls.len() != facts.hulls as usize {
         let (wanted, got) = (facts.hulls, asset.hulls.len());
-        return Err(ExportError::AssetsMismatch(format!("{}: {wanted} hulls told, {got} given", facts.name)));
+        return Err(ExportError::AssetsMismatch(format!(
+            "{}: {wanted} hulls expected, {got} given",
+            facts.name
+        )));
     }
     let pose = facts.world_from_object;
     if !pose.translation_m.is_finite() || !pose.rotation.is_finite() || pose.rotation.length() < 1e-6 {

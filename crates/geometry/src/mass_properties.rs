@@ -18,7 +18,7 @@ use super::{MassProperties, TexturedMesh};
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MassError {
     #[error(
-        "the mesh encloses no volume ({volume_m3} m^3): its faces look inward or it is not closed; repair the mesh"
+        "the mesh encloses no volume ({volume_m3} m^3): its faces point inward or it is not closed; repair the mesh"
     )]
     NoVolume { volume_m3: f64 },
     #[error("the mesh has no surface; give it triangles")]

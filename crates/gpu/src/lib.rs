@@ -55,14 +55,14 @@ pub enum GpuError {
     NoAdapter { rejected: String },
     #[error("opening {adapter}: {reason}; update its driver or set compute.device to cpu")]
     NotOpened { adapter: String, reason: String },
-    #[error("a picture {side_px} pixels wide or high on a GPU: at most {largest_px} fit; use a smaller one")]
+    #[error("an image {side_px} pixels wide or high on a GPU: at most {largest_px} fit; use a smaller one")]
     TooLarge { side_px: usize, largest_px: usize },
     #[error(
         "{attempted} on {adapter}: a buffer of {bytes} bytes, and at most {largest_bytes} fit; draw it on the CPU"
     )]
     DoesNotFit { attempted: &'static str, adapter: String, bytes: usize, largest_bytes: usize },
     #[error(
-        "painting on {adapter}: more than {highest} layers of glass in two rows of pixels; draw it on the CPU"
+        "rendering on {adapter}: more than {highest} layers of glass in two rows of pixels; draw it on the CPU"
     )]
     TooManyLayers { adapter: String, highest: usize },
     #[error("{attempted} on {adapter}: {reason}")]

@@ -52,8 +52,8 @@ pub trait SceneAnalyst: Send + Sync {
     /// Judges whether a generated top view shows the table of the reference image. Adapters without image input return
     /// `Unsupported`; callers must not treat that as acceptance.
     fn check_top_view<'a>(&'a self, _call: &'a Call, _question: TopCheck) -> Answer<'a, TopVerdict> {
-        let reason = "it looks at no drawings; put a chat provider into providers.analyst, or leave drawn views from \
-                      above to the embedded painter";
+        let reason = "it checks no generated images; put a chat provider into providers.analyst, or leave views from \
+                      above to the embedded image generator";
         cannot(self.adapter(), reason)
     }
 

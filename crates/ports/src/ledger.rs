@@ -95,7 +95,7 @@ pub enum LedgerError {
     )]
     OverBudget { asked: MicroUsd, committed: MicroUsd, budget: MicroUsd },
     #[error(
-        "an earlier try of this question may have been answered and billed, and its answer was lost; look at the \
+        "an earlier try of this question may have been answered and billed, and its answer was lost; read the \
          vendor's records, then retry the job, or set providers.on_unknown = resend"
     )]
     OutcomeUnknown,

@@ -118,7 +118,7 @@ impl ArkImageGenerator {
 
 /// The error after the last rejected image.
 fn not_taken(reason: &str) -> ProviderError {
-    let reason = format!("none of its pictures could be used: {reason}");
+    let reason = format!("none of its images could be used: {reason}");
     Failure::new(FailureKind::BadAnswer, reason).into_error(Port::ImageGenerator, NAME)
 }
 

@@ -112,7 +112,7 @@ impl ImageGenerator for OpenAiImageGenerator {
 /// Decodes a file of the vendor, on the pool.
 pub(super) async fn decoded(call: &Call, file: Vec<u8>) -> Result<Result<Image, String>, ProviderError> {
     call.compute(Port::ImageGenerator, move |_| {
-        Ok(image::received(&file).map_err(|error| format!("its picture is not taken: {error}")))
+        Ok(image::received(&file).map_err(|error| format!("its image is not accepted: {error}")))
     })
     .await
 }

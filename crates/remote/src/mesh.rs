@@ -79,7 +79,7 @@ impl<V: MeshVendor> VendorMeshGenerator<V> {
         let taken = |file| taken(call, file, self.read_mesh.clone(), settings);
         let mesh = long.ask(call, taken).await?;
         let Endpoint { provider, model, .. } = self.endpoint.as_ref();
-        let mut notes = vec![format!("made by {model} from one picture")];
+        let mut notes = vec![format!("made by {model} from one image")];
         if hidden > 0.0 {
             notes.push(format!("{:.0} % of its outline was hidden and redrawn", 100.0 * hidden));
         }
@@ -114,7 +114,7 @@ async fn sent(call: &Call, completion: Completion, side_px: u32) -> Result<Bytes
             ProviderError::Rejected {
                 port: Port::MeshGenerator,
                 code: "image_unreadable",
-                reason: format!("the picture cannot be sent: {error}"),
+                reason: format!("the image cannot be sent: {error}"),
             }
         })
     })

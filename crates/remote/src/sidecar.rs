@@ -133,7 +133,7 @@ impl Segmenter for SidecarSegmenter {
             let table = tables.max_by(|a, b| a.score.total_cmp(&b.score));
             let table_px = table.and_then(|table| table.mask.bbox_px()).ok_or_else(|| on_top(TABLE))?;
             let supports = recognition.support_tree().map_err(|error| {
-                rejected("recognition_inconsistent", format!("{error}; recognize the picture again"))
+                rejected("recognition_inconsistent", format!("{error}; recognize the image again"))
             })?;
             top::matched(&recognition, &supports, &found, table_px.map(f64::from))
                 .map_err(|id| on_top(id.as_str()))

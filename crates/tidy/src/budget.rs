@@ -6,16 +6,18 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::{fs, io};
 
+use crate::documents::Document;
 use crate::source::{Source, root};
-use crate::{Finding, Rule, doc_openings, width, words};
+use crate::{Finding, Rule, doc_openings, documents, width, words};
 
 /// Findings by path and rule.
 pub type Counts = BTreeMap<(String, Rule), usize>;
 
 /// All findings of the rules that have a budget.
-pub fn findings(sources: &[Source]) -> Vec<Finding> {
+pub fn findings(sources: &[Source], documents: &[Document]) -> Vec<Finding> {
     let rules = [words::findings, width::findings, doc_openings::findings];
-    sources.iter().flat_map(|source| rules.iter().flat_map(move |rule| rule(source))).collect()
+    let of_sources = sources.iter().flat_map(|source| rules.iter().flat_map(move |rule| rule(source)));
+    of_sources.chain(documents.iter().flat_map(documents::findings)).collect()
 }
 
 pub fn counts(findings: &[Finding]) -> Counts {

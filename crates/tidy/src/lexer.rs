@@ -8,6 +8,8 @@
 pub struct Token {
     /// An identifier, a number, `::`, one other character, or `"` for a whole literal.
     pub text: String,
+    /// The literal as written, with its quotes; empty for other tokens.
+    pub literal: String,
     /// Counted from 1.
     pub line: usize,
 }
@@ -26,7 +28,7 @@ pub struct CommentLine {
     pub line: usize,
 }
 
-/// The content of one file; the text of literals belongs to neither list.
+/// The content of one file.
 #[derive(Clone, Debug, Default)]
 pub struct Lexed {
     pub tokens: Vec<Token>,
@@ -93,7 +95,12 @@ pub fn lex(text: &str) -> Lexed {
             }
         };
         line += chars[start..i.min(chars.len())].iter().filter(|c| **c == '\n').count();
-        lexed.tokens.extend(token.map(|text| Token { text, line: first_line }));
+        lexed.tokens.extend(token.map(|text| {
+            let is_literal = text == "\"";
+            let literal =
+                if is_literal { chars[start..i.min(chars.len())].iter().collect() } else { String::new() };
+            Token { text, literal, line: first_line }
+        }));
     }
     lexed
 }

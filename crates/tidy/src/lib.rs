@@ -1,7 +1,7 @@
 //! Checks of the source tree that Cargo cannot express: imports, file forms, comment widths and words.
 //!
-//! The crate reads every source file as text. It has no dependency, so a change of any other crate never makes it
-//! compile again. `tests/checks` applies the rules to the whole tree; the binary lists findings file by file:
+//! The crate reads every source file and document as text. It has no dependency, so a change of any other crate never
+//! makes it compile again. `tests/checks` applies the rules to the whole tree; the binary lists findings file by file:
 //!
 //! ```text
 //! cargo run -p tabletopgen-tidy -- words [PATH...]    banned words as path:line: word: text
@@ -16,6 +16,7 @@ pub mod test_code;
 pub mod source;
 pub mod paths;
 pub mod manifest;
+pub mod documents;
 
 // What the checks require.
 pub mod layers;
@@ -51,13 +52,22 @@ pub enum Rule {
     CommentWidth,
     CommentWord,
     DocOpening,
+    DocumentWord,
     IdentifierWord,
+    LiteralWord,
     TypeName,
 }
 
 impl Rule {
-    pub const ALL: [Self; 5] =
-        [Self::CommentWidth, Self::CommentWord, Self::DocOpening, Self::IdentifierWord, Self::TypeName];
+    pub const ALL: [Self; 7] = [
+        Self::CommentWidth,
+        Self::CommentWord,
+        Self::DocOpening,
+        Self::DocumentWord,
+        Self::IdentifierWord,
+        Self::LiteralWord,
+        Self::TypeName,
+    ];
 
     /// The name in `budget.txt`.
     pub fn name(self) -> &'static str {
@@ -65,9 +75,16 @@ impl Rule {
             Self::CommentWidth => "comment-width",
             Self::CommentWord => "comment-word",
             Self::DocOpening => "doc-opening",
+            Self::DocumentWord => "document-word",
             Self::IdentifierWord => "identifier-word",
+            Self::LiteralWord => "literal-word",
             Self::TypeName => "type-name",
         }
+    }
+
+    /// Whether the rule is about texts for users, not about code and its comments.
+    pub fn is_of_texts(self) -> bool {
+        matches!(self, Self::DocumentWord | Self::LiteralWord)
     }
 
     pub fn named(name: &str) -> Option<Self> {

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use tidy::source::{folders, root, sources_below};
-use tidy::{Finding, Rule, budget, doc_openings, listing, width, words};
+use tidy::{Finding, Rule, budget, doc_openings, documents, listing, width, words};
 
 const USAGE: &str = "\
 usage: cargo run -p tabletopgen-tidy -- COMMAND
 
-  words [PATH...]    banned words as `path:line: word: text`; without a path, totals per crate
+  words [PATH...]    banned words of code and documents as `path:line: word: text`; without a path, totals per crate
   widths [PATH...]   comment lines that are too wide; without a path, totals per crate
   openings [PATH...] doc comments that do not begin with what the item is; without a path, totals per crate
   budget             rewrites crates/tidy/budget.txt; refuses if a total has risen
@@ -19,12 +19,10 @@ usage: cargo run -p tabletopgen-tidy -- COMMAND
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let result = match arguments.split_first() {
-        Some((command, paths)) if command == "words" => {
-            list(paths, words::findings, &[Rule::CommentWord, Rule::IdentifierWord, Rule::TypeName])
-        }
-        Some((command, paths)) if command == "widths" => list(paths, width::findings, &[Rule::CommentWidth]),
+        Some((command, paths)) if command == "words" => list_words(paths),
+        Some((command, paths)) if command == "widths" => list(paths, width::findings, Rule::CommentWidth),
         Some((command, paths)) if command == "openings" => {
-            list(paths, doc_openings::findings, &[Rule::DocOpening])
+            list(paths, doc_openings::findings, Rule::DocOpening)
         }
         Some((command, [])) if command == "budget" => rewrite_budget(),
         _ => Err(USAGE.to_owned()),
@@ -42,18 +40,40 @@ fn main() -> ExitCode {
     }
 }
 
+fn list_words(paths: &[String]) -> Result<String, String> {
+    let within = within_all(paths)?;
+    let (sources, documents) = match paths.is_empty() {
+        true => (sources_below(&folders()), documents::documents()),
+        false => (sources_below(&within), documents::documents_below(&within)),
+    };
+    let of_sources = sources.iter().flat_map(words::findings);
+    let findings: Vec<Finding> = of_sources.chain(documents.iter().flat_map(documents::findings)).collect();
+    let rules =
+        [Rule::CommentWord, Rule::DocumentWord, Rule::IdentifierWord, Rule::LiteralWord, Rule::TypeName];
+    Ok(listed(paths, &findings, &rules, sources.len() + documents.len()))
+}
+
 fn list(
     paths: &[String],
-    rule: fn(&tidy::source::Source) -> Vec<Finding>,
-    rules: &[Rule],
+    findings: fn(&tidy::source::Source) -> Vec<Finding>,
+    rule: Rule,
 ) -> Result<String, String> {
-    let within = paths.iter().map(|path| within_repository(path)).collect::<Result<Vec<_>, _>>()?;
-    let sources = sources_below(if paths.is_empty() { folders() } else { within }.as_slice());
-    let findings: Vec<Finding> = sources.iter().flat_map(rule).collect();
-    if paths.is_empty() {
-        return Ok(listing::totals(&findings, rules));
+    let within = if paths.is_empty() { folders() } else { within_all(paths)? };
+    let sources = sources_below(&within);
+    let findings: Vec<Finding> = sources.iter().flat_map(findings).collect();
+    Ok(listed(paths, &findings, &[rule], sources.len()))
+}
+
+/// Totals per package; with paths, every place.
+fn listed(paths: &[String], findings: &[Finding], rules: &[Rule], files: usize) -> String {
+    match paths.is_empty() {
+        true => listing::totals(findings, rules),
+        false => format!("{}{} findings in {files} files\n", listing::places(findings), findings.len()),
     }
-    Ok(format!("{}{} findings in {} files\n", listing::places(&findings), findings.len(), sources.len()))
+}
+
+fn within_all(paths: &[String]) -> Result<Vec<PathBuf>, String> {
+    paths.iter().map(|path| within_repository(path)).collect()
 }
 
 /// A path given relative to the current folder or to the repository, relative to the repository.
@@ -66,7 +86,7 @@ fn within_repository(path: &str) -> Result<PathBuf, String> {
 }
 
 fn rewrite_budget() -> Result<String, String> {
-    let findings = budget::findings(&tidy::source::tree());
+    let findings = budget::findings(&tidy::source::tree(), &documents::documents());
     let actual = budget::counts(&findings);
     let failed = |error: io::Error| format!("{}: {error}", budget::file().display());
     if let Some(before) = budget::read().map_err(failed)? {

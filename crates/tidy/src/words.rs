@@ -1,14 +1,17 @@
 //! Words that the tree avoids, because a standard term is more exact.
 //!
-//! Identifiers are split into segments (`snake_case`, `CamelCase`); comments into whole words. String literals are
-//! free. `allowed.rs` lists where a word is the standard term.
+//! Identifiers are split into segments (`snake_case`, `CamelCase`); comments, documents and string literals of shipped
+//! code into whole words. Literals of one or two words are free: they are names and the vocabulary of texts.
+//! `allowed.rs` lists where a word is the standard term.
 
-mod comments;
+mod list;
+mod text;
 mod identifiers;
+mod literals;
 mod type_names;
 
-pub use comments::banned_in_comment;
 pub use identifiers::{banned_in_identifier, segments};
+pub use text::banned_in_text;
 
 use crate::allowed::is_allowed;
 use crate::source::Source;
@@ -17,11 +20,11 @@ use crate::{Finding, Rule};
 /// Every banned word of the file that the table of exceptions does not allow, by line.
 pub fn findings(source: &Source) -> Vec<Finding> {
     let mut findings = all_findings(source);
-    findings.retain(|finding| !is_allowed(&source.path, &finding.subject));
+    findings.retain(|finding| !is_allowed(finding));
     findings
 }
 
-/// The same before exceptions.
+/// Findings before exceptions.
 pub fn all_findings(source: &Source) -> Vec<Finding> {
     let lines: Vec<&str> = source.text.lines().collect();
     let mut findings = Vec::new();
@@ -35,13 +38,18 @@ pub fn all_findings(source: &Source) -> Vec<Finding> {
         });
     };
     for comment in &source.comments {
-        for word in banned_in_comment(&comment.text) {
+        for word in banned_in_text(&comment.text) {
             add(Rule::CommentWord, comment.line, &word);
         }
     }
     for token in source.tokens.iter().filter(|token| token.is_identifier()) {
         for word in banned_in_identifier(&token.text) {
             add(Rule::IdentifierWord, token.line, &word);
+        }
+    }
+    for token in source.shipped.iter().filter(|_| !source.is_test) {
+        for (word, line) in literals::banned_in_literal(token) {
+            add(Rule::LiteralWord, line, &word);
         }
     }
     for (name, line) in type_names::declared_participles(&source.tokens) {

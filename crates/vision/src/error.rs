@@ -8,17 +8,17 @@ use runtime::Cancelled;
 #[derive(Debug, thiserror::Error)]
 pub enum VisionError {
     #[error(
-        "reading the image: {width_px} x {height_px} pixels are too few to tell things apart; send one \
+        "reading the image: {width_px} x {height_px} pixels are too few to tell objects apart; send one \
          of at least {MIN_SCENE_SIDE_PX} pixels a side"
     )]
     TooSmall { width_px: u32, height_px: u32 },
     #[error(
-        "reading the image: nothing that stands on a table top could be told apart in it; send an image of one whole \
-         table, seen somewhat from above, with things on it that differ from the top"
+        "reading the image: no object that stands on a table top was found in it; send an image of one whole \
+         table, seen somewhat from above, with objects on it that differ from the top"
     )]
     NoObjects,
     #[error(
-        "reading the image: {count} separate things were found on the table, more than can be believed \
+        "reading the image: {count} separate objects were found on the table, which is not plausible \
          (a patterned top?); use a plain top or fewer objects"
     )]
     TooManyObjects { count: usize },

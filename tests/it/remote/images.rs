@@ -228,7 +228,7 @@ async fn completions_of_the_embedded_generator_cost_nothing() {
 async fn unusable_drawing_is_requested_again_with_the_reason() {
     for (fault, message) in [
         (Fault::Opaque, "its background is not transparent"),
-        (Fault::AnotherObject, "another thing"),
+        (Fault::AnotherObject, "another object"),
         (Fault::File(Bytes::from_static(b"GIF89a")), "no PNG, JPEG or WebP"),
     ] {
         let bench = Bench::new().await;

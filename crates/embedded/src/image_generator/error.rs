@@ -14,13 +14,13 @@ fn rejected(code: &'static str, reason: String) -> ProviderError {
 pub(super) fn unknown(what: &str, name: &str) -> ProviderError {
     rejected(
         "not_in_catalog",
-        format!("painting: the catalog has no {what} {name:?}; describe the scene again"),
+        format!("rendering: the catalog has no {what} {name:?}; describe the scene again"),
     )
 }
 
 /// A catalog mesh that does not convert to a rigid body.
 pub(super) fn broken(name: &str, why: &dyn std::fmt::Display) -> ProviderError {
-    rejected("broken_mesh", format!("painting {name}: {why}"))
+    rejected("broken_mesh", format!("rendering {name}: {why}"))
 }
 
 /// An object that no face of its hull carries in the requested pose.
@@ -30,7 +30,7 @@ pub(super) fn cannot_rest(name: &str, pose: RequestedPose) -> ProviderError {
         RequestedPose::LyingOnSide => "on its side",
         RequestedPose::UpsideDown => "upside down",
     };
-    rejected("pose_not_supported", format!("painting {name}: it cannot rest {pose}; ask for another pose"))
+    rejected("pose_not_supported", format!("rendering {name}: it cannot rest {pose}; ask for another pose"))
 }
 
 /// Whether the error states that space is missing.
@@ -41,15 +41,15 @@ pub(super) fn is_no_room(error: &ProviderError) -> bool {
 pub(super) fn layout(error: LayoutError) -> ProviderError {
     match error {
         LayoutError::Cancelled(Cancelled) => Cancelled.into(),
-        LayoutError::NoRoom { .. } => rejected("no_room", format!("painting: {error}")),
+        LayoutError::NoRoom { .. } => rejected("no_room", format!("rendering: {error}")),
     }
 }
 
 pub(super) fn resolve(error: ResolveError) -> ProviderError {
     match error {
         ResolveError::Cancelled(Cancelled) => Cancelled.into(),
-        ResolveError::NoSpace { .. } => rejected("no_room", format!("painting: {error}")),
-        _ => rejected("does_not_hold", format!("painting: {error}")),
+        ResolveError::NoSpace { .. } => rejected("no_room", format!("rendering: {error}")),
+        _ => rejected("does_not_hold", format!("rendering: {error}")),
     }
 }
 
@@ -58,7 +58,7 @@ pub(super) fn hidden(names: &[String]) -> ProviderError {
     rejected(
         "hidden",
         format!(
-            "painting: {} would be hidden in every image tried; ask for a larger table or fewer objects",
+            "rendering: {} would be hidden in every image tried; ask for a larger table or fewer objects",
             if names.is_empty() { "some objects".to_owned() } else { names.join(", ") }
         ),
     )

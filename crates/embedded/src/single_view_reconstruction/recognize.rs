@@ -59,7 +59,7 @@ pub fn recognize(
             port: Port::Analyst,
             code: "too_many_objects",
             reason: format!(
-                "the image shows {} things, the request allows {limit}; raise max_objects or send an image \
+                "the image shows {} objects, the request allows {limit}; raise max_objects or send an image \
                  with fewer",
                 reading.objects.len()
             ),

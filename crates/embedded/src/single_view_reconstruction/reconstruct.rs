@@ -45,7 +45,7 @@ pub fn reconstruct(
     cancel.check()?;
     let mut notes = vec![
         format!("single view: {}, outline overlap {:.2}", words(method), fit.overlap),
-        "solid inside; unseen side mirrored; the picture's light is in the texture".to_owned(),
+        "solid inside; unseen side mirrored; the image's light is in the texture".to_owned(),
     ];
     let hidden = request.completion.completed_share;
     if hidden > 0.0 {
@@ -59,7 +59,7 @@ pub fn reconstruct(
         mesh: randomly_oriented(mesh, request.seed).snap_to_f32(),
         method,
         made_by: "embedded/photograph".to_owned(),
-        licence: "LicenseRef-input-picture".to_owned(),
+        licence: "LicenseRef-input-image".to_owned(),
         notes,
     })
 }

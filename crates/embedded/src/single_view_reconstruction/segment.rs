@@ -20,7 +20,7 @@ pub fn segment(
             port: Port::Segmenter,
             adapter: "embedded/photograph".into(),
             reason: format!(
-                "{} things were recognized and {} are found; it only follows its own recognition, use a remote \
+                "{} objects were recognized and {} are found; it only follows its own recognition, use a remote \
                  segmenter with another analyst",
                 recognition.objects.len(),
                 reading.objects.len()

@@ -71,7 +71,7 @@ fn footprints(
     let supports = recognition.support_tree().map_err(|error| ProviderError::Rejected {
         port: Port::ImageGenerator,
         code: "recognition_inconsistent",
-        reason: format!("{error}; recognize the picture again"),
+        reason: format!("{error}; recognize the image again"),
     })?;
     let eye_m = recognition.camera.world_from_camera.translation_m;
     recognition
@@ -103,7 +103,7 @@ fn footprints(
                 port: Port::ImageGenerator,
                 code: "nothing_visible",
                 reason: format!(
-                    "no place on the table can be told for {}: its pixels are too few or above the horizon; \
+                    "no place on the table can be found for {}: its pixels are too few or above the horizon; \
                      leave it out",
                     object.id
                 ),

@@ -162,7 +162,7 @@ fn read_simulator_layers<'a>(
     match coefficients.as_slice() {
         // Newton's coefficients are in single precision.
         &[newton, mujoco] if (0..2).all(|k| (newton[k] - mujoco[k]).abs() < 1e-6) => Ok(mujoco),
-        other => Err(format!("programs are told different frictions of {name}: {other:?}")),
+        other => Err(format!("programs would read different frictions of {name}: {other:?}")),
     }
 }
 

@@ -209,7 +209,7 @@ impl LayoutBench {
         }
         let given_reference =
             Arc::new(noise.map_or_else(|| reference.clone(), |n| n.apply(&reference, scene.seed)));
-        let truth = || unscored(scene, "its painter tells no truth");
+        let truth = || unscored(scene, "its image generator gives no ground truth");
         let ground_truth = reference.ground_truth.as_ref().ok_or_else(truth)?;
         let given_camera = given_reference.ground_truth.as_ref().ok_or_else(truth)?.known.recognition.camera;
         Ok(Rendered {

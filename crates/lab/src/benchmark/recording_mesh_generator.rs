@@ -49,12 +49,12 @@ impl MeshGenerator for RecordingMeshGenerator {
                 code: "not_watched",
                 reason: format!("evaluating {id}: {what}"),
             };
-            let true_object = self.true_objects.get(&id).ok_or_else(|| unknown("it was not painted"))?;
+            let true_object = self.true_objects.get(&id).ok_or_else(|| unknown("it was not rendered"))?;
             request.object.size_m = true_object.size_m;
             let mut raw = self.generator.reconstruct(call, request).await?;
             let own = rendered_mesh(true_object).ok_or_else(|| unknown("the catalog does not build it"))?;
             let rotation = turn_between(&own, &raw.mesh)
-                .ok_or_else(|| unknown("the generated mesh is not the painted one turned"))?;
+                .ok_or_else(|| unknown("the generated mesh is not the rendered one turned"))?;
             if let Ok(mut known) = self.raw_from_rendered.lock() {
                 known.insert(id.clone(), rotation);
             }

@@ -85,7 +85,7 @@ impl Section {
         }
         let _ = writeln!(
             text,
-            "\nOf the objects {} lean by more than 10 degrees and {} have a front but look the same at every yaw; {} \
+            "\nOf the objects {} lean by more than 10 degrees and {} have a front but the same appearance at every yaw; {} \
              are hidden by more than a tenth, one by {}.",
             percent(self.all.leaning_share),
             percent(self.all.indistinguishable_share),
@@ -97,7 +97,7 @@ impl Section {
             let _ = writeln!(
                 text,
                 "\nThe meshes have other textures than the true ones. Of the objects {} have a yaw that only \
-                 textures determine: once every material has one color, a yaw more than 10 degrees off looks the same. They are \
+                 textures determine: once every material has one color, a yaw more than 10 degrees off gives the same image. They are \
                  left out above. With them, {} yaws: median {:.2}, 95 % {:.2} degrees.",
                 percent(self.all.only_texture_tells_share),
                 with_them.count,
@@ -208,8 +208,8 @@ impl Report {
         let _ = writeln!(
             text,
             "`tabletopgen-lab evaluate --set layout`, tabletopgen {}: {} scenes in the set. Errors are those of `place`, before \
-             anything is repaired, against the settled poses of the painting; yaws against the nearest that looks the \
-             same in the true picture, 180 degrees for a mesh stood on a side on which none does.\n\nIn the ablation a removed \
+             anything is repaired, against the settled poses of the rendering; yaws against the nearest with the \
+             same appearance in the true image, 180 degrees for a mesh stood on a side on which none does.\n\nIn the ablation a removed \
              stage is replaced by the truth with noise: yaws within {:.0} degrees; places within {:.0} mm and sizes \
              within {:.0} %.\n",
             self.version,

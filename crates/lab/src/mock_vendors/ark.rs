@@ -42,7 +42,8 @@ async fn generated(providers: &MockVendors, body: &Bytes) -> Result<Image, Vendo
         Some([url]) => providers.sessions.top_view(shown(url)?).await?.image.clone(),
         Some([_, object]) => complete_object(providers, &shown(object)?).await?,
         Some(_) => {
-            let message = "a table is drawn from above, a thing from its surroundings and its visible pixels";
+            let message =
+                "a table is drawn from above, an object from its surroundings and its visible pixels";
             return Err(VendorError::Unsupported(message.into()));
         }
     };

@@ -95,6 +95,6 @@ fn image(part: &Value) -> Result<Image, VendorError> {
     let url =
         part["url"].as_str().ok_or_else(|| VendorError::Invalid("image_url must be an object".into()))?;
     let png = url.strip_prefix("data:image/png;base64,").and_then(|data| STANDARD.decode(data).ok());
-    let png = png.ok_or_else(|| VendorError::Invalid("only data URLs of PNG files are looked at".into()))?;
+    let png = png.ok_or_else(|| VendorError::Invalid("only data URLs of PNG files are read".into()))?;
     decode_png(&png).map_err(|error| VendorError::Invalid(format!("the image cannot be decoded: {error}")))
 }

@@ -125,9 +125,9 @@ impl ImageSessions {
             !words.is_empty() && prompt.contains(words)
         };
         let found = memory.descriptions.iter().rev().find(|(_, known)| wanted(known));
-        found.map(|(_, known)| known.reference.clone()).ok_or_else(|| {
-            VendorError::Unsupported("only what was described here before can be painted here".into())
-        })
+        found
+            .map(|(_, known)| known.reference.clone())
+            .ok_or_else(|| VendorError::Unsupported("only described scenes can be rendered".into()))
     }
 
     /// The latest reference image of this text.
@@ -139,7 +139,7 @@ impl ImageSessions {
         let found = memory.descriptions.iter().rev().find(|(request, _)| request.text == words);
         found
             .map(|(_, known)| known.reference.clone())
-            .ok_or_else(|| VendorError::Unsupported("nothing was painted here after these words".into()))
+            .ok_or_else(|| VendorError::Unsupported("no image was rendered for these words".into()))
     }
 
     /// Recognition of a whole image; an unknown image is analyzed.
@@ -173,8 +173,7 @@ impl ImageSessions {
         };
         let TopViewImage { image, known } = self.ports.image_generator.top_view(&self.call, request).await?;
         let fingerprint = Fingerprint::of(&image).ok_or_else(transparent)?;
-        let known =
-            known.ok_or_else(|| VendorError::Unsupported("nobody knows what is where on it".into()))?;
+        let known = known.ok_or_else(|| VendorError::Unsupported("its objects are not known".into()))?;
         let drawn = Arc::new(KnownTopView { of, image, fingerprint, known });
         memory.tops.push(drawn.clone());
         if memory.tops.len() > REMEMBERED {
@@ -324,7 +323,7 @@ impl Memory {
 fn from_generated(generated: GeneratedReference, seed: u64) -> Result<RecognizedImage, VendorError> {
     let ground_truth = generated
         .ground_truth
-        .ok_or_else(|| VendorError::Unsupported("its painter knows nothing of it".into()))?;
+        .ok_or_else(|| VendorError::Unsupported("its image generator gives no ground truth".into()))?;
     Ok(RecognizedImage {
         image: generated.image,
         recognition: ground_truth.known.recognition,

@@ -65,7 +65,7 @@ pub(super) async fn edit(State(providers): State<Arc<MockVendors>>, request: Req
         }
         let [_, cut_out] = &files[..] else {
             return Err(VendorError::Invalid(
-                "a thing is redrawn from its surroundings and its visible pixels".into(),
+                "an object is redrawn from its surroundings and its visible pixels".into(),
             ));
         };
         let image = complete_object(providers.as_ref(), &decoded(cut_out)?).await?;

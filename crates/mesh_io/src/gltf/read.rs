@@ -419,7 +419,7 @@ impl Reader<'_> {
     ) -> Result<Texture, GltfError> {
         let texture =
             self.document.textures.get(index).ok_or(GltfError::Missing { what: "texture", index })?;
-        let index = texture.source.ok_or(GltfError::Unsupported("a texture without a picture".to_owned()))?;
+        let index = texture.source.ok_or(GltfError::Unsupported("a texture without an image".to_owned()))?;
         let missing = GltfError::Missing { what: "image", index };
         let (Some(image), Some(slot)) = (self.document.images.get(index), images.get_mut(index)) else {
             return Err(missing);
@@ -429,7 +429,7 @@ impl Reader<'_> {
         }
         let view = image
             .buffer_view
-            .ok_or_else(|| GltfError::Unsupported("a picture outside the file".to_owned()))?;
+            .ok_or_else(|| GltfError::Unsupported("an image outside the file".to_owned()))?;
         let image: Image = decode_image(self.view(view)?.1, *budget_px)?;
         *budget_px -= u64::from(image.width_px()) * u64::from(image.height_px());
         let texture = Texture::new(upside_down(&image));

@@ -60,7 +60,7 @@ pub fn read(settings: &ArkSettings, reply: &HttpResponse) -> Reading<Vec<u8>> {
     let bad = |reason: String| Failure::new(FailureKind::BadAnswer, reason);
     let rendered: Result<Rendered, Failure> = match reply.content_type.ends_with("json") {
         true => serde_json::from_slice(&reply.body)
-            .map_err(|error| bad(format!("its answer is no list of pictures: {error}"))),
+            .map_err(|error| bad(format!("its answer is no list of images: {error}"))),
         false => Err(bad(format!("it answered with {:?} in place of JSON", one_line(&reply.content_type)))),
     };
     let usage = rendered.as_ref().ok().and_then(|rendered| rendered.usage.as_ref());
@@ -77,7 +77,7 @@ pub fn read(settings: &ArkSettings, reply: &HttpResponse) -> Reading<Vec<u8>> {
 
 fn file(data: Vec<Image>) -> Result<Vec<u8>, Failure> {
     let bad = |reason: String| Failure::new(FailureKind::BadAnswer, reason);
-    let image = data.into_iter().next().ok_or_else(|| bad("its answer has no picture".into()))?;
+    let image = data.into_iter().next().ok_or_else(|| bad("its answer has no image".into()))?;
     if let Some(Message { code, message }) = image.error {
         let kind = match code.contains("SensitiveContent") {
             true => FailureKind::Refused,
@@ -85,8 +85,8 @@ fn file(data: Vec<Image>) -> Result<Vec<u8>, Failure> {
         };
         return Err(Failure::new(kind, one_line(&format!("{code}: {message}"))));
     }
-    let text = image.b64_json.ok_or_else(|| bad("its answer has no picture in base64".into()))?;
-    STANDARD.decode(text).map_err(|error| bad(format!("its picture is no base64: {error}")))
+    let text = image.b64_json.ok_or_else(|| bad("its answer has no image in base64".into()))?;
+    STANDARD.decode(text).map_err(|error| bad(format!("its image is no base64: {error}")))
 }
 
 #[cfg(test)]

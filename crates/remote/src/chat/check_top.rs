@@ -43,7 +43,7 @@ pub(super) async fn check(
     let images = call.compute(Port::Analyst, move |_| {
         let sent = |image| {
             image::sent(image, longest_px)
-                .map_err(|error| rejected("image_unreadable", format!("the picture cannot be sent: {error}")))
+                .map_err(|error| rejected("image_unreadable", format!("the image cannot be sent: {error}")))
         };
         Ok(vec![sent(&reference)?, sent(&top)?])
     });

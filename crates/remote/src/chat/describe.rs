@@ -178,7 +178,8 @@ pub(super) async fn describe(
     if description.objects.is_empty() {
         let terms: Vec<&str> = description.unrecognized.iter().map(|part| part.span.text.as_str()).collect();
         let terms = terms.join(", ");
-        let reason = format!("nothing in the text is a thing that can stand on a table ({terms}); name some");
+        let reason =
+            format!("nothing in the text is an object that can stand on a table ({terms}); name some");
         return Err(rejected("nothing_recognized", reason));
     }
     Ok(description)
@@ -323,7 +324,7 @@ fn objects_of(answers: &[AnswerObject], seed: u64, complaints: &mut Complaints) 
                 complaints.add(format!("{at}.relations: {} has the wrong target", json!(kind)));
             }
             if kind.is_support() && carried[index].is_some() {
-                complaints.add(format!("{at} stands on or in two things"));
+                complaints.add(format!("{at} stands on or in two objects"));
             }
             if kind.is_support() {
                 carried[index] = place;

@@ -69,7 +69,7 @@ pub(super) async fn judge(
         };
         let sent = |image| {
             image::sent(image, longest_px)
-                .map_err(|error| rejected("image_unreadable", format!("a picture cannot be sent: {error}")))
+                .map_err(|error| rejected("image_unreadable", format!("an image cannot be sent: {error}")))
         };
         reference.into_iter().chain([scene_view.as_ref()]).map(sent).collect::<Result<Vec<_>, _>>()
     });

@@ -68,7 +68,7 @@ pub(super) fn accepted(
         let at = format!("tasks[{index}]");
         complaints.plain(&format!("{at}.instruction"), &instruction, MAX_INSTRUCTION_CHARS);
         if tasks.iter().any(|task| task.instruction.eq_ignore_ascii_case(&instruction)) {
-            complaints.add(format!("{at} is told twice; think of another"));
+            complaints.add(format!("{at} is stated twice; state another"));
         }
         let fits = match kind {
             TaskKind::PickAndPlace => (1..=2).contains(&objects.len()),

@@ -122,7 +122,7 @@ pub(super) async fn recognize(
     let (width_px, height_px) = (image.width_px(), image.height_px());
     let encoded = call.compute(Port::Analyst, move |_| {
         image::sent(&image, longest_px)
-            .map_err(|error| rejected("image_unreadable", format!("the picture cannot be sent: {error}")))
+            .map_err(|error| rejected("image_unreadable", format!("the image cannot be sent: {error}")))
     });
     let png = encoded.await?;
 
@@ -136,7 +136,7 @@ pub(super) async fn recognize(
         return Err(rejected(
             "too_many_objects",
             format!(
-                "the picture shows {found} things, the request allows {limit}; raise max_objects or send a picture \
+                "the image shows {found} objects, the request allows {limit}; raise max_objects or send an image \
                  with fewer"
             ),
         ));
@@ -144,7 +144,7 @@ pub(super) async fn recognize(
     if detections.objects.is_empty() {
         return Err(rejected(
             "nothing_on_the_table",
-            "no object was found on the table; send a picture of a table with things on it".into(),
+            "no object was found on the table; send an image of a table with objects on it".into(),
         ));
     }
 

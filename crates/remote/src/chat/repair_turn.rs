@@ -48,7 +48,7 @@ impl ChatAnalyst {
         let answer = self.say(call, &topic, &messages).await?;
         read(&answer).and_then(&accept).map_err(|complaints| {
             let reason = format!(
-                "its answer to `{}` does not hold, also after it was told why: {}",
+                "its answer to `{}` does not hold, also after a correction: {}",
                 topic.prompt.name,
                 complaints.join("; ")
             );

@@ -102,10 +102,7 @@ pub(super) async fn upright(
     let pose = pose.await?;
     if pose.rotation.dot(turned).abs() < 0.99 {
         let object = question.object.id.as_str();
-        tracing::info!(
-            object,
-            "a mesh is not turned as the analyst says: sizes and picture show it otherwise"
-        );
+        tracing::info!(object, "a mesh is not turned as the analyst says: sizes and image contradict it");
     }
     Ok(Upright { pose, views })
 }
@@ -120,7 +117,7 @@ fn images(object: &Image, mesh: &TexturedMesh, turned: DQuat) -> Result<Vec<Byte
     let sheet = sheet(&cells, 3, VIEW_PX);
     let sent = |image: &Image, longest_px| {
         image::sent(image, longest_px)
-            .map_err(|error| rejected("image_unreadable", format!("a picture cannot be sent: {error}")))
+            .map_err(|error| rejected("image_unreadable", format!("an image cannot be sent: {error}")))
     };
     Ok(vec![sent(&composite_over(object, BACKDROP), 2 * VIEW_PX)?, sent(&sheet, u32::MAX)?])
 }

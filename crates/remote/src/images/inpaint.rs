@@ -61,7 +61,7 @@ where
             let square = Square::around(&shown, &shown_others)
                 .filter(|_| (shown.width_px(), shown.height_px()) == size_of(&reference.image))
                 .ok_or_else(|| {
-                    rejected("nothing_visible", "no pixel of it shows in the picture; leave it out")
+                    rejected("nothing_visible", "no pixel of it shows in the image; leave it out")
                 })?;
             let backdrop = on_backdrop.then(|| pick_key_color(&reference.image, &shown));
             let sent = square.images(&reference.image, &shown, backdrop);
@@ -201,7 +201,7 @@ fn completion(
     let (place, agreement) = found.ok_or("nothing is drawn")?;
     if agreement < min_agreement {
         return Err(format!(
-            "it shows another thing, or another side: its outline agrees to {:.0} % with what is visible",
+            "it shows another object, or another side: its outline agrees to {:.0} % with what is visible",
             100.0 * agreement
         ));
     }

@@ -55,7 +55,7 @@ pub(crate) async fn sent(call: &Call, image: Arc<Image>) -> Result<Bytes, Provid
         image::sent(&image, SENT_PX).map_err(|error| ProviderError::Rejected {
             port: Port::ImageGenerator,
             code: "image_unreadable",
-            reason: format!("the picture cannot be sent: {error}"),
+            reason: format!("the image cannot be sent: {error}"),
         })
     })
     .await

@@ -111,7 +111,7 @@ pub fn read(settings: &ImagesSettings, reply: &HttpResponse) -> Reading<Vec<u8>>
     }
     let list: ImageList = match serde_json::from_slice(&reply.body) {
         Ok(list) => list,
-        Err(error) => return failed(format!("its answer is no list of pictures: {error}")),
+        Err(error) => return failed(format!("its answer is no list of images: {error}")),
     };
     let usage = list.usage.as_ref();
     let spent = usage.map(|usage| match &usage.input_tokens_details {
@@ -141,9 +141,9 @@ pub fn read(settings: &ImagesSettings, reply: &HttpResponse) -> Reading<Vec<u8>>
 
 fn file(data: Vec<Drawing>) -> Result<Vec<u8>, Failure> {
     let bad = |reason: String| Failure::new(FailureKind::BadAnswer, reason);
-    let drawing = data.into_iter().next().ok_or_else(|| bad("its answer has no picture".into()))?;
-    let text = drawing.b64_json.ok_or_else(|| bad("its answer has no picture in base64".into()))?;
-    STANDARD.decode(text).map_err(|error| bad(format!("its picture is no base64: {error}")))
+    let drawing = data.into_iter().next().ok_or_else(|| bad("its answer has no image".into()))?;
+    let text = drawing.b64_json.ok_or_else(|| bad("its answer has no image in base64".into()))?;
+    STANDARD.decode(text).map_err(|error| bad(format!("its image is no base64: {error}")))
 }
 
 #[cfg(test)]

@@ -95,11 +95,11 @@ fn found(reply: &HttpResponse, size_px: [u32; 2], labels: &[String]) -> Result<V
     if [answer.img_height, answer.img_width] != size_px {
         let (other_width, other_height) = (answer.img_width, answer.img_height);
         return Err(format!(
-            "it speaks of a picture of {other_width} x {other_height}, sent was {width} x {height}"
+            "it describes an image of {other_width} x {other_height}, sent was {width} x {height}"
         ));
     }
     if answer.annotations.len() > MAX_DETECTIONS {
-        return Err(format!("it found {} things, more than {MAX_DETECTIONS}", answer.annotations.len()));
+        return Err(format!("it found {} objects, more than {MAX_DETECTIONS}", answer.annotations.len()));
     }
     let read = answer.annotations.into_iter().enumerate().map(|(index, annotation)| {
         let wrong = |what: &str| format!("annotations[{index}]: {what}");
@@ -113,7 +113,7 @@ fn found(reply: &HttpResponse, size_px: [u32; 2], labels: &[String]) -> Result<V
         }
         let Segmentation { size, counts } = annotation.segmentation;
         if size != size_px {
-            return Err(wrong("its mask has another size than the picture"));
+            return Err(wrong("its mask has another size than the image"));
         }
         let mask = RunLengths::from_compressed(size, &counts).and_then(Mask::try_from);
         let mask = mask.map_err(|error| wrong(&error.to_string()))?;

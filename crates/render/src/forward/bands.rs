@@ -162,7 +162,7 @@ pub fn render_in(
         front.ids.extend(band.ids);
         front.normals.extend(band.normals);
     }
-    (Image::from_rgba(width as u32, height as u32, rgba).expect("the bands fill the picture"), front)
+    (Image::from_rgba(width as u32, height as u32, rgba).expect("the bands fill the image"), front)
 }
 
 /// Side of the key light's map for that image; a map finer than the image adds no detail.

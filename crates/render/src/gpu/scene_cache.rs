@@ -100,14 +100,14 @@ impl<'a> GpuSceneCache<'a> {
         let (words, layout) = light_words(&light);
         check_fits(&self.gpu, "uploading a shadow map", words.bytes().len())?;
         let samples = self.scene_cache.settings.supersampling.clamp(1, MAX_SUPERSAMPLING);
-        let words = self.drawn("painting", view, samples, Some((&light, words, layout)))?;
+        let words = self.drawn("rendering", view, samples, Some((&light, words, layout)))?;
         let rgba = words.into_iter().flat_map(u32::to_ne_bytes).collect();
         let image = Image::from_rgba(view.width_px(), view.height_px(), rgba);
         let front = match extra {
             ExtraOutputs::Nothing => VisibleSurfaces::default(),
             ExtraOutputs::Geometry | ExtraOutputs::GeometryAndNormals => self.fronts(view, extra)?,
         };
-        Ok((image.expect("the strips fill the picture"), front))
+        Ok((image.expect("the strips fill the image"), front))
     }
 
     fn light(&self, lighting: Lighting, background: Background, view: &View) -> ImageLight<'_> {

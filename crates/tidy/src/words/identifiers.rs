@@ -1,44 +1,6 @@
 //! Banned segments of identifiers.
 
-/// Segments that no identifier may have.
-const BANNED: &[&str] = &[
-    "arena",
-    "belief",
-    "beliefs",
-    "believe",
-    "believed",
-    "bite",
-    "bites",
-    "bitten",
-    "herd",
-    "herds",
-    "knob",
-    "knobs",
-    "least",
-    "look",
-    "looked",
-    "looks",
-    "middle",
-    "middles",
-    "most",
-    "nobody",
-    "paint",
-    "painted",
-    "painter",
-    "painting",
-    "paintings",
-    "paints",
-    "picture",
-    "pictures",
-    "somebody",
-    "thing",
-    "things",
-    "told",
-    "whim",
-    "whoever",
-    "wish",
-    "wishes",
-];
+use super::list::is_banned_in_names;
 
 /// Pairs of segments that are standard terms.
 const TERMS: &[[&str; 2]] = &[
@@ -60,7 +22,7 @@ pub fn banned_in_identifier(identifier: &str) -> Vec<String> {
             starts || ends
         })
     };
-    let banned = segments.iter().enumerate().filter(|(i, s)| BANNED.contains(&s.as_str()) && !is_term(*i));
+    let banned = segments.iter().enumerate().filter(|(i, s)| is_banned_in_names(s) && !is_term(*i));
     banned.map(|(_, segment)| segment.clone()).collect()
 }
 

@@ -1,14 +1,14 @@
 //! Comment widths and words against `budget.txt`.
 
-use tidy::allowed::ALLOWED;
+use tidy::allowed::{ALLOWED, ALLOWED_IN_TEXTS};
 use tidy::budget::{counts, differences, findings, parse, read, risen};
-use tidy::{Rule, listing, words};
+use tidy::{Finding, Rule, documents, listing, words};
 
-use crate::{TREE, report};
+use crate::{DOCUMENTS, TREE, report};
 
 #[test]
 fn findings_of_every_file_equal_its_budget() {
-    let findings = findings(&TREE);
+    let findings = findings(&TREE, &DOCUMENTS);
     eprintln!("{}", listing::totals(&findings, &Rule::ALL));
     let budget = read().expect("budget.txt is readable").expect("budget.txt exists");
     report(
@@ -19,12 +19,20 @@ fn findings_of_every_file_equal_its_budget() {
 
 #[test]
 fn every_allowed_word_occurs() {
-    let all: Vec<_> = TREE.iter().flat_map(words::all_findings).collect();
-    let entries = ALLOWED.iter().flat_map(|allowed| allowed.words.iter().map(move |word| (allowed, word)));
-    let unused = entries.filter(|(allowed, word)| {
-        !all.iter().any(|finding| finding.path.starts_with(allowed.path) && finding.subject == **word)
-    });
-    report("allowed.rs", unused.map(|(allowed, word)| format!("{}: no {word}", allowed.path)).collect());
+    let of_documents = DOCUMENTS.iter().flat_map(documents::all_findings);
+    let all: Vec<Finding> = TREE.iter().flat_map(words::all_findings).chain(of_documents).collect();
+    let (in_texts, in_code): (Vec<_>, Vec<_>) =
+        all.into_iter().partition(|finding| finding.rule.is_of_texts());
+    let mut unused = Vec::new();
+    for (entries, findings) in [(ALLOWED, in_code), (ALLOWED_IN_TEXTS, in_texts)] {
+        let words =
+            entries.iter().flat_map(|allowed| allowed.words.iter().map(move |word| (allowed.path, *word)));
+        let absent = words.filter(|(path, word)| {
+            !findings.iter().any(|finding| finding.path.starts_with(path) && finding.subject == *word)
+        });
+        unused.extend(absent.map(|(path, word)| format!("{path}: no {word}")));
+    }
+    report("allowed.rs", unused);
 }
 
 #[test]

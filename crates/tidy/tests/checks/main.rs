@@ -4,6 +4,7 @@
 
 use std::sync::LazyLock;
 
+use tidy::documents::{Document, documents};
 use tidy::source::{Source, tree};
 
 mod import_table;
@@ -16,6 +17,9 @@ mod doc_openings;
 
 /// Every source file, read once.
 static TREE: LazyLock<Vec<Source>> = LazyLock::new(tree);
+
+/// Every document, read once.
+static DOCUMENTS: LazyLock<Vec<Document>> = LazyLock::new(documents);
 
 /// The Rust files that ship.
 fn shipped() -> impl Iterator<Item = &'static Source> {

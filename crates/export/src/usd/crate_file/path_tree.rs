@@ -36,7 +36,7 @@ impl PathTree {
 
     /// The path of a property.
     pub fn property(&mut self, prim: u32, token: u32) -> u32 {
-        assert!(token > 0, "the number of a property's token is told by its negative");
+        assert!(token > 0, "the number of a property's token is stored as its negative");
         self.beneath(prim, Element::Property(token))
     }
 

@@ -30,13 +30,13 @@ pub(super) async fn answered(sessions: &ImageSessions, question: &Question) -> R
         "recognize" | "recognize_named" => Ok(recognized(&known.recognized)),
         "measure" => measured(&known.recognized, &question.data),
         "stacking" => stacked(&known.recognized, &question.data),
-        other => Err(VendorError::Invalid(format!("nobody here knows what to say to {other}"))),
+        other => Err(VendorError::Invalid(format!("there is no answer to {other}"))),
     }
 }
 
 async fn described(sessions: &ImageSessions, question: &Question) -> Result<Value, VendorError> {
     let request =
-        question.data["wish"].as_str().ok_or_else(|| VendorError::Invalid("there is no wish".into()))?;
+        question.data["wish"].as_str().ok_or_else(|| VendorError::Invalid("the text is missing".into()))?;
     let table: Option<TableSpec> = serde_json::from_value(question.data["table"].clone()).ok();
     let table = table.filter(|table| *table != TableSpec::default());
     let max_objects = question.data["most_objects"].as_u64().and_then(|highest| u32::try_from(highest).ok());

@@ -40,7 +40,7 @@ fn rated(wanted: &Image, scene: &Image, criteria: &[&str]) -> Result<Value, Vend
         |image| Fingerprint::of(image).ok_or_else(|| VendorError::Invalid("an image is transparent".into()));
     let distance = fingerprint(wanted)?.distance(&fingerprint(scene)?);
     let score = (7.0 - 6.0 * (distance / WORST).min(1.0)).round();
-    let why = format!("It looks {distance:.2} away from what it was made after, where {WORST} is the worst.");
+    let why = format!("Its distance from the original image is {distance:.2}, where {WORST} is the worst.");
     let mut answer = json!({});
     for criterion in criteria {
         answer[*criterion] = json!({ "score": score, "why": why });
@@ -50,7 +50,7 @@ fn rated(wanted: &Image, scene: &Image, criteria: &[&str]) -> Result<Value, Vend
 
 /// Tasks about the listed objects.
 pub(super) fn tasks(question: &Question) -> Result<Value, VendorError> {
-    let invalid = || VendorError::Invalid("things have names, labels, sizes and masses".into());
+    let invalid = || VendorError::Invalid("objects have names, labels, sizes and masses".into());
     let count = question.data["count"].as_u64().ok_or_else(invalid)? as usize;
     let listed = question.data["things"].as_array().ok_or_else(invalid)?;
     let objects: Option<Vec<(&str, &str, bool)>> = listed
@@ -88,8 +88,6 @@ pub(super) fn tasks(question: &Question) -> Result<Value, VendorError> {
     }
     match tasks.len() == count {
         true => Ok(json!({ "tasks": tasks })),
-        false => {
-            Err(VendorError::Unsupported(format!("nobody here can think of {count} tasks with these things")))
-        }
+        false => Err(VendorError::Unsupported(format!("there are no {count} tasks with these objects"))),
     }
 }
