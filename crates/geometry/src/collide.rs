@@ -112,6 +112,7 @@ fn quarters(a: DVec3, b: DVec3, c: DVec3) -> [[DVec3; 3]; 4] {
     let longest = [(b - a).length_squared(), (c - b).length_squared(), (a - c).length_squared()];
     if longest[0] > 4.0 * longest[1].min(longest[2]) || longest[1] > 4.0 * longest[2].min(longest[0]) {
         if longest[0] >= longest[1] && longest[0] >= longest[2] {
+            // Three pieces; the fourth has no area and only completes the array.
             return [[a, ab, c], [ab, 0.5 * (ab + b), c], [0.5 * (ab + b), b, c], [c, c, c]];
         }
         if longest[1] >= longest[2] {
@@ -151,6 +152,7 @@ impl Wrap {
 
 /// Upper bound of the distance of the triangle's points from their nearest corner.
 fn reach_m([a, b, c]: [DVec3; 3]) -> f64 {
+    // Exact for the equilateral triangle, whose circumradius is its side over the root of 3.
     (b - a).length().max((c - b).length()).max((a - c).length()) / 3.0_f64.sqrt()
 }
 

@@ -259,6 +259,7 @@ fn clipped(subject: &[DVec2], window: &[DVec2]) -> Vec<DVec2> {
 fn segments_overlap(a: [DVec2; 2], b: [DVec2; 2]) -> Vec<DVec2> {
     let (along_a, along_b) = (a[1] - a[0], b[1] - b[0]);
     let cross = along_a.perp_dot(along_b);
+    // Beyond 6 degrees the crossing is well defined; flatter edges touch along a stretch.
     if cross.abs() > 0.1 * along_a.length() * along_b.length() {
         let t = (b[0] - a[0]).perp_dot(along_b) / cross;
         let s = (b[0] - a[0]).perp_dot(along_a) / cross;

@@ -116,6 +116,7 @@ fn is_sound(hull: &ConvexHull, points: &[DVec3]) -> bool {
     let faces = planes(hull);
     let stride = (points.len() * faces.len()).div_ceil(MAX_TESTS).max(1);
     let faces = FlatPlanes::of(&faces);
+    // Euler's formula for a closed surface of triangles without holes: V - E + F = 2 with 2 E = 3 F.
     hull.triangles.len() + 4 == 2 * hull.points.len()
         && hull.volume_m3() > 0.0
         && points.iter().step_by(stride).all(|&p| faces.distance_above(p) < tolerance_m)

@@ -40,6 +40,7 @@ pub fn drop_height(
     if !lowest.is_finite() || !top.is_finite() {
         return None;
     }
+    // Clear of all supporters: a cast that begins in contact hits at once.
     let start_z = top - lowest + 0.01;
     let mut best_z = f64::NEG_INFINITY;
     for (supporter, under) in supporters.iter().zip(&supporter_boxes) {
@@ -56,6 +57,7 @@ pub fn drop_height(
                 }
                 let start = Pose { translation_m: xy_m.extend(start_z), rotation };
                 let options = ShapeCastOptions {
+                    // A hit below the highest one so far, or below this part, has no effect.
                     max_time_of_impact: start_z - best_z.max(low.z - low_high.1.z - 0.01),
                     ..ShapeCastOptions::default()
                 };
@@ -170,6 +172,7 @@ pub fn slide_distance(object: &PosedShape, other: &PosedShape, direction: DVec2,
             if passes || needed <= far {
                 continue;
             }
+            // Clear of the obstacle: a cast that begins in contact hits at once.
             let start_m = needed + 0.01;
             let start = Pose {
                 translation_m: object.world_from_object.translation_m + start_m * along,

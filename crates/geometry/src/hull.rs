@@ -13,6 +13,7 @@ pub struct ConvexHull {
 impl ConvexHull {
     /// Enclosed volume, m^3.
     pub fn volume_m3(&self) -> f64 {
+        // About a corner: far from the origin of the frame, the tetrahedra would be large and cancel.
         let origin = self.points.first().copied().unwrap_or(DVec3::ZERO);
         self.triangles
             .iter()

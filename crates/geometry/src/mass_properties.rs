@@ -33,6 +33,8 @@ pub fn solid_mass_properties(mesh: &TexturedMesh, density_kg_m3: f64) -> Result<
     let reference = center(mesh)?;
     let mut moments = Moments::default();
     for [a, b, c] in corners(mesh, reference) {
+        // Signed: tetrahedra over faces that point toward the reference point subtract, so any reference point gives
+        // the volume.
         let volume = a.dot(b.cross(c)) / 6.0;
         // The fourth corner of the tetrahedron is the reference point, the origin here.
         moments.add(volume, (a + b + c) / 4.0, second_moment(a, b, c) * (volume / 20.0));
@@ -137,12 +139,15 @@ pub(crate) fn symmetric_eigen(mut m: DMat3) -> (DVec3, DQuat) {
         if off.iter().all(|&(p, q)| m.col(p)[q].abs() < 1e-15 * scale) {
             break;
         }
+        // Cyclic Jacobi: a product of rotations stays a rotation, which a quaternion can hold.
         for (p, q) in off {
             let (pp, qq, pq) = (m.col(p)[p], m.col(q)[q], m.col(q)[p]);
             if pq == 0.0 {
                 continue;
             }
             let theta = (qq - pp) / (2.0 * pq);
+            // The smaller root of t^2 + 2 theta t = 1: a rotation by at most 45 degrees converges, and its formula
+            // cancels no digits.
             let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
             let cosine = 1.0 / (t * t + 1.0).sqrt();
             let sine = t * cosine;
@@ -157,6 +162,7 @@ pub(crate) fn symmetric_eigen(mut m: DMat3) -> (DVec3, DQuat) {
     }
     let values = DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z);
     let rotation = DQuat::from_mat3(&axes).normalize();
+    // q and -q are the same rotation; one sign gives equal bytes for equal bodies.
     (values, if rotation.w < 0.0 { -rotation } else { rotation })
 }
 

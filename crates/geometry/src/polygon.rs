@@ -54,6 +54,7 @@ pub fn depth_in_convex_m(polygon: &[DVec2], point: DVec2) -> f64 {
     let (mut nearest, mut inside) = (f64::INFINITY, polygon.len() >= 3);
     for (k, &a) in polygon.iter().enumerate() {
         let b = polygon[(k + 1) % polygon.len()];
+        // The bound makes an edge without length its start.
         let t = ((point - a).dot(b - a) / (b - a).length_squared().max(1e-300)).clamp(0.0, 1.0);
         nearest = nearest.min((point - (a + t * (b - a))).length());
         inside &= (b - a).perp_dot(point - a) >= 0.0;

@@ -160,6 +160,7 @@ fn spread(positions: &[DVec3], triangles: &[[u32; 3]]) -> Option<Vec<SurfaceSamp
         while points.len() < POINTS && (points.len() as f64 + 0.5) * step < before + own {
             let k = points.len() as f64;
             let (u, v) = ((k * 0.754_877_666).fract(), (k * 0.569_840_291).fract());
+            // The other half of the parallelogram is mirrored into the triangle.
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let normal = (b - a).cross(c - a).normalize_or_zero();
             points.push(SurfaceSample { at: a + u * (b - a) + v * (c - a), normal });

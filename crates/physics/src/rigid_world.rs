@@ -95,11 +95,14 @@ impl ContactOptions {
             .linear_damping(self.damping_per_s)
             .angular_damping(self.damping_per_s)
             .soft_ccd_prediction(self.look_ahead_m)
+            // Sleep would hide creeping, which the certificate measures.
             .can_sleep(false);
         let handle = world.insert_body(rigid);
         if !body.hulls.is_empty() {
             let collider = ColliderBuilder::new(SharedShape::new(hulls))
+                // The mass is set above. The collider adds none, or overlapping hulls would count twice.
                 .density(0.0)
+                // The engine has one coefficient for sticking and sliding.
                 .friction(body.friction.dynamic_coefficient)
                 .restitution(body.restitution);
             world.insert_collider(finish(collider), Some(handle));

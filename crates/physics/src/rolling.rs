@@ -24,6 +24,7 @@ pub fn resist_rolling(world: &mut PhysicsWorld, bodies: &[&Body], handles: &[Rig
         let moving = &mut world.bodies[handle];
         let (spin, inertia) = (moving.angvel(), moving.mass_properties().effective_angular_inertia());
         let momentum = (inertia * spin).length();
+        // Dry friction stops a rotation and never reverses it.
         let left = if momentum > highest { 1.0 - highest / momentum } else { 0.0 };
         moving.set_angvel(spin * left, false);
     }

@@ -89,6 +89,8 @@ pub fn simulate_to_the_end(
 /// Angle of the rotation that takes one pose's axes to the other's, radians in 0..pi.
 pub fn angle_between_rad(a: &Pose, b: &Pose) -> f64 {
     let q = a.rotation.conjugate() * b.rotation;
+    // The arc cosine of w would lose half of the digits at small angles. q and -q are the same rotation, so the sign
+    // of w does not count.
     2.0 * q.xyz().length().atan2(q.w.abs())
 }
 

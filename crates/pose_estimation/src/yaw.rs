@@ -11,11 +11,8 @@
 //! Pixels of other instances (`unknown`) and beyond the image carry no information: they have no weight, make no
 //! contour, and a side of the box beyond which they reach does not constrain the crop.
 //!
-//! If an image is given, the paper solver's loss has the third term, `+ w_app
-//!
-//! Phi(I_render) - Phi(I_instance)
-//!
-//! ^2`, in the coarse search and in the descent. `Phi` is always the classical descriptor
+//! If an image is given, the paper solver's loss has the third term, `+ w_app * |Phi(I_render) - Phi(I_instance)|^2`,
+//! in the coarse search and in the descent. `Phi` is always the classical descriptor
 //! ([`super::appearance::descriptor`]) with its own weight, `descriptor_weight`, also if DINOv2's weights are present:
 //! those score scenes and have no part in the descent. The whole solver then runs on the CPU, whatever GPU is given,
 //! because this term is rendered there.
@@ -385,8 +382,10 @@ fn confidence(
     }
     let lead = poses
         .iter()
+        // Within two steps of the coarse search lies the same minimum.
         .filter(|c| symmetry::representative(c.0 - best_rad, symmetry_order).abs() > 2.0 * step_rad)
         .map(|c| c.1 - best)
+        // Without another pose the lead is that over an outline that does not fit at all.
         .fold(settings.hopeless_loss, f64::min);
     fit * lead / (lead + settings.clear_lead)
 }

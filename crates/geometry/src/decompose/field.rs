@@ -95,6 +95,7 @@ impl<'a> Field<'a> {
 
     fn depth_at(&self, corner: UVec3, nearby: &mut Nearby) -> f64 {
         let index = self.index(corner);
+        // Relaxed: every thread would store the same value, so no order of loads and stores matters.
         let known = self.depths[index].load(Ordering::Relaxed);
         if known != UNKNOWN {
             return f64::from(f32::from_bits(known));
@@ -114,6 +115,7 @@ impl<'a> Field<'a> {
     pub(super) fn is_outside(&self, point: DVec3, nearby: &mut Nearby) -> bool {
         if let Some((corner, away_m)) = self.next_to(point) {
             let depth_m = self.depth_at(corner, nearby);
+            // Distance is 1-Lipschitz: the sign is that of the corner within its depth, which is rounded to f32.
             if depth_m.abs() * (1.0 - f64::from(f32::EPSILON)) > away_m {
                 return depth_m < 0.0;
             }

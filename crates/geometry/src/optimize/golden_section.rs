@@ -31,6 +31,8 @@ pub fn golden_section(
     tolerance: f64,
     mut f: impl FnMut(f64) -> Result<f64, Cancelled>,
 ) -> Result<(f64, f64), Cancelled> {
+    // The inverse golden ratio: of the two inner points one is an inner point of the next interval, so that a step
+    // costs one evaluation.
     const SHARE: f64 = 0.618_033_988_749_894_9;
     let (mut a, mut b) = (high - SHARE * (high - low), low + SHARE * (high - low));
     let (mut f_a, mut f_b) = (f(a)?, f(b)?);

@@ -33,6 +33,8 @@ pub fn least_squares<const N: usize>(
                 for (j, cell) in row.iter_mut().enumerate() {
                     *cell = dot(&slopes[i], &slopes[j]);
                 }
+                // Marquardt's scaling: in proportion to each parameter's curvature the damping is independent of
+                // units. The bound keeps the system regular where a parameter has no effect.
                 row[i] += damping * row[i].max(1e-12);
                 right[i] = -dot(&slopes[i], &here);
             }
@@ -48,6 +50,7 @@ pub fn least_squares<const N: usize>(
                     (at, here) = (next, there);
                     best -= gain;
                     damping = (0.3 * damping).max(1e-12);
+                    // A gain in the last digits only is the end.
                     improved = gain > 1e-12 * best;
                     break;
                 }

@@ -77,6 +77,7 @@ struct Cavity {
 /// Probes on a grid; those that go down at least half as deep as the deepest show the cavity. The whole box where none
 /// does.
 fn cavity(scene: &Scene, parent: usize, poses: &[Pose]) -> Cavity {
+    // Odd, so that one probe goes down the center.
     const PROBES: u32 = 13;
     let (low, high) = scene.shapes[parent].bounds(&poses[parent]);
     let whole = Cavity { midpoint: 0.5 * (low + high).truncate(), half: 0.5 * (high - low).truncate() };

@@ -102,6 +102,8 @@ fn push_pairs(
             let (direction, way_m) = (0..count)
                 .map(|k| first.rotate(DVec2::from_angle(TAU * k as f64 / count as f64)))
                 .map(|direction| (direction, slide_distance(&here, &there, direction, clearance_m)))
+                // Of equal distances the first counts, along the line between the origins, so that rounding does not
+                // choose the direction.
                 .fold((first, f64::INFINITY), |best, next| if next.1 < best.1 - 1e-9 { next } else { best });
             if way_m < SMALL_M {
                 continue;
@@ -172,6 +174,7 @@ fn lay_out_again(
         let members: Vec<usize> = scene.tree.branch(body).collect();
         let start = poses.to_vec();
         let mut found = false;
+        // Rings of growing radius: the first free position is the nearest one to within the step of 8 mm.
         'search: for ring in 0..rings {
             cancel.check()?;
             let count = if ring == 0 { 1 } else { 8 + 2 * ring.min(20) };

@@ -85,6 +85,7 @@ fn islands(bodies: &[Body], boxes: &[(DVec3, DVec3)], margin_m: f64) -> Vec<Vec<
     for body in (0..bodies.len()).filter(|&k| !bodies[k].fixed) {
         let meets = |other: &usize| {
             let apart = (boxes[body].0 - boxes[*other].1).max(boxes[*other].0 - boxes[body].1);
+            // Both boxes are widened by the margin.
             margin_m.is_infinite() || apart.max_element() <= 2.0 * margin_m
         };
         let (touched, mut rest): (Vec<_>, Vec<_>) =

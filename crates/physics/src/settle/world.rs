@@ -68,7 +68,10 @@ pub(super) fn run(
         for (k, &handle) in handles.iter().enumerate().filter(|&(k, _)| !bodies[k].fixed) {
             let moving = &world.bodies[handle];
             resting &=
+                // Upper bound of the speed of the body's points.
                 moving.linvel().length() + reach_m[k] * moving.angvel().length() < settings.rest_speed_m_s;
+            // A rotation by an angle a moves a point at distance r by at most the chord 2 r sin(a / 2), and |xyz| is
+            // sin(a / 2).
             let turned = start[k].1.conjugate() * moving.position().rotation;
             let way_m =
                 (moving.center_of_mass() - start[k].0).length() + 2.0 * reach_m[k] * turned.xyz().length();
@@ -107,6 +110,7 @@ pub(super) fn run(
             }
         })
         .collect::<Result<_, _>>()?;
+    // A simulation shorter than the rest time ends at rest if it rested throughout.
     let at_rest = rested >= steps_at_rest.min(steps);
     Ok(Run { poses, excursion_m, at_rest, simulated_s: done as f64 / settings.steps_per_s })
 }

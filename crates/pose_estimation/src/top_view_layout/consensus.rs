@@ -58,6 +58,7 @@ pub fn consensus(votes: &[Vote], expected_size_spread: f64) -> Option<Consensus>
     let start = weighted_median(weighted(&|vote| vote.log_alpha))?;
     let telling = votes.len() >= TELLING_VOTES;
     let box_spread = match telling {
+        // A vote moves by half of the deviation of the aspect errors (module documentation).
         true => 0.5 * NORMAL_OVER_MAD * weighted_median(weighted(&|vote| vote.log_aspect_error.abs()))?,
         false => 0.0,
     };

@@ -50,7 +50,7 @@ pub struct Registration {
 }
 
 const HUBER_K: f64 = 1.5;
-/// Median length of a vector whose two components have standard deviation 1.
+/// Median length of a vector whose two components have standard deviation 1 (Rayleigh): the root of `2 ln 2`.
 const MEDIAN_LENGTH: f64 = 1.177_4;
 /// Lower bound on the scatter of the two views, meters.
 const MIN_SCATTER_M: f64 = 0.0005;
@@ -108,6 +108,7 @@ pub fn register(sightings: &[Sighting], boxes: &ByBoxes, camera_spread: f64) -> 
     Some(Registration {
         log_alpha: boxes.log_alpha + found.x,
         log_alpha_error: information.inverse().x_axis.x.max(0.0).sqrt(),
+        // t is in meters of the camera; kappa converts it to meters of the boxes.
         origin_m: found.y.exp() * DVec2::new(found.z, found.w),
         scatter_m,
     })

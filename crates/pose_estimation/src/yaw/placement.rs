@@ -43,6 +43,7 @@ impl RayPlacement {
     /// nominal size; `None` without a visible supporting plane.
     pub fn seen_m(&self, camera: &Camera, center_px: DVec2, zoom: f64) -> Option<DVec2> {
         let half_height_m = self.center_from_origin.z;
+        // The level is that of the nominal size; a larger object on the same plane has a higher center.
         let center_z = self.level_m? + (zoom.clamp(MIN_ZOOM, 1.0 / MIN_ZOOM) - 1.0) * half_height_m;
         camera.meet_plane(center_px, center_z).map(|midpoint| midpoint.truncate())
     }

@@ -29,6 +29,7 @@ pub fn periodic_order(curve: &[(f64, f64)], share: f64) -> u32 {
     let spread = high - low;
     let n = losses.len() as f64;
     let deviation = |order: u32| {
+        // Not a whole number of samples for every order, so the curve is interpolated.
         let shift = n / f64::from(order);
         let total: f64 = (0..losses.len())
             .map(|k| {
@@ -41,6 +42,7 @@ pub fn periodic_order(curve: &[(f64, f64)], share: f64) -> u32 {
             .sum();
         (total / n).sqrt() / spread
     };
+    // Highest first: a curve of order 12 also repeats with 6, 4, 3 and 2.
     [12, 10, 8, 6, 5, 4, 3, 2].into_iter().find(|&order| deviation(order) < share).unwrap_or(1)
 }
 

@@ -51,6 +51,7 @@ impl Edges {
     /// `None` for a triangle without area.
     #[inline]
     pub fn new(t: &ScreenTriangle) -> Option<Self> {
+        // In f64: for slivers the difference of products in f32 would be rounding alone.
         let (x1, y1) = (f64::from(t.x[1]) - f64::from(t.x[0]), f64::from(t.y[1]) - f64::from(t.y[0]));
         let (x2, y2) = (f64::from(t.x[2]) - f64::from(t.x[0]), f64::from(t.y[2]) - f64::from(t.y[0]));
         let area = x1 * y2 - y1 * x2;
@@ -78,6 +79,8 @@ impl Edges {
             let sign = if turned { 1.0 } else { -1.0 };
             edges.start[k] = from;
             edges.extent[k] = (sign * (to.0 - from.0), sign * (to.1 - from.1));
+            // On a shared edge the value is 0 in both triangles. Only the one on the edge's positive side takes it as
+            // inside.
             edges.threshold[k] = if turned { 0.0 } else { f32::MIN_POSITIVE };
         }
         let (k1, k2) = (f64::from(t.key[1] - t.key[0]), f64::from(t.key[2] - t.key[0]));
@@ -124,6 +127,8 @@ impl Edges {
     fn key(&self, px: f32x8, py: f32, x0: f32, y0: f32) -> f32x8 {
         let along_x = (px - f32x8::splat(x0)) * f32x8::splat(self.key_dx);
         (along_x + f32x8::splat(self.key_at_start + (py - y0) * self.key_dy))
+            // The plane of a triangle seen edge-on is steep: rounding would take keys beyond those of its corners, in
+            // front of others.
             .fast_max(f32x8::splat(self.key_low))
             .fast_min(f32x8::splat(self.key_high))
     }

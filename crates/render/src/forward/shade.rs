@@ -116,8 +116,10 @@ impl<'a> Shader<'a> {
         let (e1, e2) = (b - a, c - a);
         let across = direction.cross(e2);
         let determinant = e1.dot(across);
+        // Edge-on, every point of the triangle is on the ray to within rounding: the first corner serves.
         let inverse = if determinant.abs() > 1e-30 { 1.0 / determinant } else { 0.0 };
         let from_a = origin - a;
+        // Rounding at an edge must not take attributes from outside the triangle.
         let u = (from_a.dot(across) * inverse).clamp(0.0, 1.0);
         let v = (direction.dot(from_a.cross(e1)) * inverse).clamp(0.0, 1.0 - u);
         let object = source.object as usize;
@@ -243,8 +245,10 @@ impl<'a> Shader<'a> {
     fn albedo(&self, s: &Surface, material: &ShadingMaterial, pixel_size_m: f32) -> Vec3 {
         let Some(texture) = material.texture else { return material.base_color };
         let texture = &self.surroundings.textures[texture];
+        // Bounded: at grazing angles the isotropic filter would blur the texture away.
         let facing = s.flat_normal.dot(s.toward_eye).max(0.05);
         let texels = s.uv_density * texture.area_texels() * pixel_size_m * pixel_size_m / facing;
+        // Half the logarithm of the area is that of the side; a quarter of a level keeps the texture sharp.
         material.base_color * texture.sample(s.uv, 0.5 * texels.max(1.0).log2() - 0.25)
     }
 
@@ -260,6 +264,8 @@ impl<'a> Shader<'a> {
         let lighting = &environment.lighting;
         let (n, v, l) = (s.normal, s.toward_eye, environment.toward_key);
         let nv = n.dot(v).clamp(0.02, 1.0);
+        // The flat normal fades the light out before the flat face turns away from it, where the smooth normal alone
+        // would end in a hard edge of facets.
         let nl = n.dot(l).min(2.0 * s.flat_normal.dot(l)).max(0.0);
         let f0 = Vec3::splat(0.04).lerp(albedo, material.metalness);
         let matte = albedo * (1.0 - material.metalness);
@@ -277,6 +283,8 @@ impl<'a> Shader<'a> {
                 let nh = n.dot(h).clamp(0.0, 1.0);
                 let d = nh * nh * (a2 - 1.0) + 1.0;
                 let smith = nl * (nv * nv * (1.0 - a2) + a2).sqrt() + nv * (nl * nl * (1.0 - a2) + a2).sqrt();
+                // GGX times Smith's visibility. The key's color is its irradiance over pi, which cancels the 1 / pi of
+                // GGX.
                 let shine = 0.5 * a2 / (d * d * smith.max(1e-4));
                 let fresnel = f0 + (Vec3::ONE - f0) * (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5);
                 diffuse += matte * key;

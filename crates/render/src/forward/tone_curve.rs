@@ -6,6 +6,7 @@ use glam::Vec3;
 #[inline]
 pub fn compress(linear: Vec3) -> Vec3 {
     const KNEE: f32 = 0.72;
+    // Both pieces have slope 1 at the knee, so that no edge shows there.
     let bend = |c: f32| {
         if c <= KNEE { c } else { KNEE + (1.0 - KNEE) * (1.0 - (-(c - KNEE) / (1.0 - KNEE)).exp()) }
     };

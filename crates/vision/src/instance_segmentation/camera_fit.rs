@@ -54,6 +54,7 @@ impl CameraPrior {
             if front.x < 0.5 {
                 return None;
             }
+            // Lengths along the view appear shorter by the sine of the elevation.
             let sine = self.elevation_rad.sin().max(0.1);
             let azimuth = (front.y / sine).atan2(front.x).clamp(-0.9, 0.9);
             let depth = (height_px / width_px / sine).clamp(0.2, 5.0);
@@ -77,6 +78,7 @@ impl CameraPrior {
         let all: Vec<(TableCamera, f64)> = (0..4).filter_map(read).collect();
         let lowest = all.iter().map(|(_, cost)| *cost).fold(f64::INFINITY, f64::min);
         all.into_iter()
+            // Costs are in squared standard deviations: within one of the lowest, solutions fit equally well.
             .filter(|(found, cost)| *cost < lowest + 1.0 && found.depth > 0.1 && found.depth < 10.0)
             .map(|(found, _)| found)
             .filter(|found| found.camera.azimuth_rad().abs() < 0.95)

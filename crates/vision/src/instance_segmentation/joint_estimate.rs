@@ -166,6 +166,7 @@ fn height_over(camera: &Camera, ground: DVec2, at_px: DVec2) -> f64 {
     let eye = camera.world_from_camera.translation_m;
     let away = ground - eye.truncate();
     let ray = camera.ray_direction_in_world(at_px);
+    // The ray is cut with the plane through the vertical that faces the camera.
     eye.z + away.length_squared() / ray.truncate().dot(away).max(1e-9) * ray.z
 }
 

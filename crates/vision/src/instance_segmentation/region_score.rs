@@ -44,7 +44,7 @@ const fn term(mean: f64, std_dev: f64, linear: f64, quadratic: f64) -> Term {
     Term { mean, std_dev, linear, quadratic }
 }
 
-/// Standardized features are clamped to this magnitude.
+/// Standardized features are clamped to this magnitude: beyond the fitted range the quadratic terms would decide alone.
 const MAX_Z_SCORE: f64 = 4.0;
 
 const INTERCEPT: f64 = -4.1771;
