@@ -120,7 +120,7 @@ pub struct PreparedObjects {
 /// Last stage of [`run_stages`].
 #[derive(Clone, Copy, PartialEq)]
 enum Until {
-    /// The same without a table, for objects that another scene takes.
+    /// Objects prepared without a table, for another scene that takes them.
     ObjectsAlone,
     ObjectsPrepared,
     BundleWritten,

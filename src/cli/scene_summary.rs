@@ -217,7 +217,7 @@ async fn bytes(store: &Store, digest: &Digest, what: &str) -> Result<bytes::Byte
     found.map_err(|error| Failure::new(Exit::Error, error.chain()))?.ok_or_else(|| gone(what))
 }
 
-/// The same as [`bytes()`], not compared with the digest.
+/// Bytes as [`bytes()`] gives them, not compared with the digest.
 async fn unverified(store: &Store, digest: &Digest, what: &str) -> Result<Vec<u8>, Failure> {
     let failed = |error: StoreError| Failure::new(Exit::Error, error.chain());
     let Some(mut parts) = store.blobs().stream(digest, None).await.map_err(failed)? else {

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use super::keys::keys;
 
-/// So many keys of a section are listed.
+/// Maximum number of listed keys of a section.
 const LISTED: usize = 12;
 
 /// Advice for an unknown key.

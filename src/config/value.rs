@@ -11,16 +11,16 @@ pub fn fit(key: &Key, given: Value) -> Result<Value, String> {
     Ok(value)
 }
 
-/// The same out of plain text, as environment variables, arguments and requests carry it: numbers and
-/// `true` as they are, words without quotes, lists as `1, 2` or `[1, 2]`.
+/// A value of the key's type, inside its range, out of plain text, as environment variables, arguments and requests
+/// carry it: numbers and `true` as they are, words without quotes, lists as `1, 2` or `[1, 2]`.
 pub fn parse(key: &Key, text: &str) -> Result<Value, String> {
     let value = typed(&key.default, text.trim()).map_err(|wrong| wrong + &range_in_words(key))?;
     check(&key.allowed, &key.unit, &value)?;
     Ok(value)
 }
 
-/// The same for a request, which may set fewer keys, in narrower ranges, and lists no longer than the default's:
-/// no request may take the workers for itself.
+/// A value out of plain text in a request, which may set fewer keys, in narrower ranges, and lists no longer than the
+/// default's: no request may take the workers for itself.
 pub fn parse_for_request(key: &Key, text: &str) -> Result<Value, String> {
     let Some(allowed) = &key.open_to_requests else {
         return Err("belongs to the server and cannot be set for one scene".to_owned());

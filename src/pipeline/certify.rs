@@ -221,7 +221,7 @@ impl Inputs {
         Ok(Self { stated, ..Self::of(identity, composition, ports, settings, gpu) })
     }
 
-    /// The same for a scene that has been put together already.
+    /// Inputs of the certificate of a scene that has been put together already.
     pub fn of(
         identity: SceneIdentity,
         composition: Composition,
@@ -253,12 +253,12 @@ impl Inputs {
         &self.composition
     }
 
-    /// The same with what a robot can do in the scene.
+    /// Returns the inputs with the abilities of a robot in the scene.
     pub fn with_robot(self, robot: Option<Arc<rehearse::Output>>) -> Self {
         Self { robot, ..self }
     }
 
-    /// The same of an edit whose parent has this bundle.
+    /// Returns the inputs of an edit whose parent has this bundle.
     pub fn with_parent(self, bundle: Digest) -> Self {
         Self { parent_bundle: Some(bundle), ..self }
     }

@@ -145,7 +145,7 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         self.clone().run_one(stage, None, key, Arc::new(inputs), function).await
     }
 
-    /// The same for every instance, a bounded number at a time, one key each; outputs in input order.
+    /// The outputs of `function` for every instance, a bounded number at a time, one key each; outputs in input order.
     /// When instances fail, the others are finished (and kept) before the first failure is returned.
     pub async fn run_each<I, O, F, Fut>(
         &self,
@@ -162,8 +162,8 @@ impl<S: Send + Sync + 'static> Checkpoints<S> {
         self.run_each_by(stage, inputs, |_| 0, function).await
     }
 
-    /// The same; the instances with the most `effort` are begun first, so that none of them is still at work
-    /// when all others are done.
+    /// The outputs for every instance; those with the most `effort` are begun first, so that none of them is still at
+    /// work when all others are done.
     pub async fn run_each_by<I, O, F, Fut>(
         &self,
         stage: Stage,

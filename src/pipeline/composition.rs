@@ -98,8 +98,8 @@ impl Composition {
         &self.table.outline_m
     }
 
-    /// The same with the marks of stand-ins that its meshes bear out, and the account's list of them. A mesh that was
-    /// made from an image is what was asked for.
+    /// Returns the composition with the marks of stand-ins that its meshes bear out, and the account's list of them. A
+    /// mesh that was made from an image is what was asked for.
     pub fn with_stand_ins(mut self) -> Self {
         let recognition = Arc::make_mut(&mut self.recognition);
         for (object, method) in recognition.objects.iter_mut().zip(&self.methods) {

@@ -35,8 +35,8 @@ impl JobLedger {
         *count
     }
 
-    /// The same for every try of the same question here, however often the worker dies in between; another job's (a
-    /// retry that a client requested) is another.
+    /// Key that is the same for every try of the same question here, however often the worker dies in between; another
+    /// job (a retry that a client requested) has another one.
     fn key_of(&self, request_digest: &str) -> String {
         let instance = self.instance.as_ref().map_or("", InstanceId::as_str);
         let key = format!("{}\n{}\n{instance}\n{request_digest}", self.lease.job_id, self.stage);

@@ -57,13 +57,13 @@ impl<'a> Studio<'a> {
         Self { bodies, scene_cache, on_gpu: None, lit_by: None, low_m, high_m }
     }
 
-    /// The same in another light, which stays where it is when the viewer moves.
+    /// Returns the studio in another light, which stays where it is when the viewer moves.
     pub fn lit_by(mut self, light: Option<Light>) -> Self {
         self.lit_by = light;
         self
     }
 
-    /// The same, rendered by the GPU.
+    /// Returns the studio rendered by the GPU.
     pub fn on(mut self, gpu: Arc<Gpu>) -> Result<Self, GpuError> {
         self.on_gpu = unless_unfit(GpuSceneCache::new(gpu, self.scene_cache.clone()))?;
         Ok(self)

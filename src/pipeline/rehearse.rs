@@ -61,7 +61,7 @@ pub struct Output {
 #[derive(Clone, Serialize, Deserialize)]
 pub struct ObjectGrasps {
     pub file: GraspFile,
-    /// The same as `isaac_grasp`.
+    /// Grasps as `isaac_grasp`.
     pub yaml: String,
 }
 

@@ -180,7 +180,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
 }
 
 impl Output {
-    /// With what was conceded before.
+    /// Returns the output with the earlier concessions.
     fn conceded(mut self, attempt: &Attempt) -> Self {
         self.bodies.iter_mut().zip(&attempt.scales).for_each(|(body, scale)| body.scale = *scale);
         self.gave_way = attempt.gave_way();

@@ -21,7 +21,7 @@ pub enum Grant {
     Granted(MicroUsd),
     /// Too little is free now; ask again when a running request has ended.
     Wait,
-    /// Everything is spent.
+    /// Budget that is spent.
     Exhausted,
 }
 

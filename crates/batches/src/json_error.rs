@@ -38,7 +38,7 @@ pub(crate) fn parse<T: DeserializeOwned>(bytes: &[u8], objects: &[&str]) -> Resu
     }
 }
 
-/// The same out of a value that was read; the error has no column.
+/// Converts a value that was read; the error has no column.
 pub(crate) fn convert<T: DeserializeOwned>(value: &Value, objects: &[&str]) -> Result<T, JsonError> {
     if let Some(error) = list_for_object(value, objects) {
         return Err(error);

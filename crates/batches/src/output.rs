@@ -48,12 +48,12 @@ impl OutputError {
         Self { code: code.to_owned(), message: message.into(), ..Self::default() }
     }
 
-    /// The same with its line.
+    /// Returns the error with its line.
     pub fn on_line(self, line: u64) -> Self {
         Self { line: Some(line), ..self }
     }
 
-    /// The same with the JSON pointer of the value.
+    /// Returns the error with the JSON pointer of the value.
     pub fn at(self, pointer: impl Into<String>) -> Self {
         Self { pointer: Some(pointer.into()), ..self }
     }

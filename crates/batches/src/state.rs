@@ -12,7 +12,7 @@ pub enum BatchState {
     Cancelling,
     /// Every request came to its end.
     Finished,
-    /// The same, after a cancellation.
+    /// Every request came to its end, after a cancellation.
     Cancelled,
 }
 

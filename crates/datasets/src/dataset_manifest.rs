@@ -74,7 +74,7 @@ pub struct Splits {
     pub method: String,
     /// Kinds of sharing that count as leakage.
     pub leakage_rules: LeakageRules,
-    /// The same in sentences.
+    /// Plan and rules in sentences.
     pub statement: Vec<String>,
 }
 

@@ -14,7 +14,7 @@ use crate::spread::spread;
 const PLACES: usize = 30;
 /// Distance that distractors keep from everything else, meters: room for a finger.
 const GAP_M: f64 = 0.03;
-/// And this from the edge of the table.
+/// Distance that distractors keep from the edge of the table, meters.
 const FROM_EDGE_M: f64 = 0.01;
 /// Minimum distance of their origins from the axis of the robot's base, meters.
 const FROM_BASE_M: f64 = 0.3;

@@ -7,7 +7,7 @@ use manipulation::execution::Frame;
 /// References that differ by less are the same, radians and meters.
 const STILL_RAD: f64 = 1e-3;
 const STILL_M: f64 = 1e-4;
-/// So long a motion may rest at its end, seconds.
+/// Time that a motion may rest at its end, seconds.
 const REST_S: f64 = 0.2;
 
 /// From the first frame whose references are about to move to shortly after the last that moved.

@@ -84,7 +84,7 @@ pub struct Wanted {
     /// Points in the cloud of each frame; `None` without clouds.
     pub points: Option<u32>,
     pub randomization: Randomization,
-    /// Everything is drawn from it.
+    /// Seed of everything that is drawn.
     pub seed: u64,
     pub formats: Vec<Format>,
     /// For making an episode of a dataset again: its task is the only work then.

@@ -18,7 +18,7 @@ use crate::setup::{Setup, Work};
 /// Objects that move by less during a demonstration are shown at rest, meters and radians.
 const STILL_M: f64 = 1e-4;
 const STILL_RAD: f64 = 2e-3;
-/// Nothing is written that is farther away, meters.
+/// Largest depth that is written, meters.
 const FAR_M: f32 = episodes::description::MAX_DEPTH_M;
 
 /// Image and measurements of one camera.

@@ -107,7 +107,7 @@ fn motion_limits(limits: &JointLimits, factor: f64) -> MotionLimits {
 pub struct SharesOfLimits {
     /// Of the planned motion.
     pub motion: Vec<LimitShares>,
-    /// Of what the servos are asked for.
+    /// Shares of the servo targets.
     pub servo_command: Vec<LimitShares>,
 }
 

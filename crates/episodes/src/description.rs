@@ -98,13 +98,13 @@ impl DatasetDescription {
         Ok(Self { robot_type, fps, state, action, servo_command: None, cameras, tasks, points: None })
     }
 
-    /// The same with numbers beside the action that the servos pull to. They lead a motion by what damping and weights
-    /// hold back, perhaps beyond what the joints can do.
+    /// Returns the description with servo targets beside the action. They lead a motion, because damping and weights
+    /// hold it back, perhaps beyond the range of the joints.
     pub fn with_servo_commands(self, layout: VectorLayout) -> Self {
         Self { servo_command: Some(layout), ..self }
     }
 
-    /// The same with a point cloud of `points` points in every frame, of what all cameras see.
+    /// Returns the description with a cloud of `points` points in every frame, which all cameras see together.
     ///
     /// # Errors
     ///

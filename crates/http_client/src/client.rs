@@ -71,7 +71,7 @@ impl Connectors {
 pub enum SendError {
     #[error(transparent)]
     Address(#[from] AddressError),
-    /// Nothing was sent.
+    /// No connection; nothing was sent.
     #[error("no connection: {0}")]
     Unreachable(String),
     /// The request may have been sent, and the response is lost.

@@ -54,14 +54,14 @@ pub struct Grasp {
     pub opening_m: f64,
     /// Distance of the pads from each other when the hand approaches, meters.
     pub pregrasp_opening_m: f64,
-    /// With how much force each pad presses, newtons.
+    /// Force of each pad, newtons.
     pub force_n: f64,
     /// 0..=1: the score of the candidate, and above 0.5 only if it was stable.
     pub confidence: f64,
     pub verdict: Verdict,
     /// Distance that the gripped point moved in the hand while it was shaken, meters; 0 if it was not tried.
     pub slip_m: f64,
-    /// By how much the object turned in the hand from when it was gripped; 0 if it was not tried.
+    /// Angle by which the object turned in the hand since it was gripped, radians; 0 if it was not tried.
     pub turn_rad: f64,
 }
 

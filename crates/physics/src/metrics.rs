@@ -22,7 +22,7 @@ use runtime::{CancelFlag, Cancelled};
 pub struct CertifySettings {
     /// An overlap deeper than this is a collision, meters. The method's is 0.001.
     pub penetration_m: f64,
-    /// So is one deeper than this share of the local wall, 0..1. The method's is 0.25.
+    /// An overlap deeper than this share of the local wall is a collision, too, 0..1. The method's is 0.25.
     pub wall_share: f64,
     /// Minimum wall thickness, meters; smaller values examine shallower contacts and take longer.
     pub min_wall_m: f64,
@@ -37,14 +37,14 @@ pub struct CertifySettings {
     pub carrying_slope: f64,
     /// A stable object moves less than this, meters.
     pub dss_displacement_m: f64,
-    /// And turns less than this, radians.
+    /// A stable object turns less than this, radians.
     pub dss_rotation_rad: f64,
     /// In this time under gravity, seconds.
     pub dss_duration_s: f64,
     /// An object at rest moves in that time by less than this share of its smallest side, and overlaps no other body
     /// deeper in the end, 0..1. DSS alone would let a stack of coins fall.
     pub rest_side_share: f64,
-    /// And turns less than this, radians.
+    /// An object at rest turns less than this, radians.
     pub rest_rotation_rad: f64,
 }
 

@@ -58,7 +58,7 @@ pub struct ResolveSettings {
     pub container_depth_share: f64,
     /// A settled scene may move this much in the time of the check, meters.
     pub rest_displacement_m: f64,
-    /// And turn this much, radians.
+    /// A settled scene may turn this much in the time of the check, radians.
     pub rest_rotation_rad: f64,
     /// Checks of five seconds, each followed by another settling, before a moving body fails the round, 0..10; 0 takes
     /// the first rest pose without a check.

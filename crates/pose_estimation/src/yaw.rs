@@ -105,7 +105,7 @@ pub struct YawProblem<'a> {
     pub mask: &'a Mask,
     /// Pixels that may hide it: those of other instances. As large as the camera's image.
     pub unknown: &'a Mask,
-    /// Of what it stands on above the table, world z, meters; 0 on the table itself.
+    /// Height of its supporter above the table, world z, meters; 0 on the table itself.
     pub support_height_m: f64,
     /// The camera's image; where it is given its colors choose among poses with the same outline.
     pub image: Option<&'a Image>,

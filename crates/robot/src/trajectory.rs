@@ -203,7 +203,7 @@ fn unfiltered(curve: &Curve, law: &TimeLaw, time_s: f64) -> TrajectoryPoint {
     }
 }
 
-/// By which factor a law must be slowed down to obey the limits; below 1 if it could be faster.
+/// Factor by which a law must be slowed down to obey the limits; below 1 if it could be faster.
 fn peak_share(curve: &Curve, law: &TimeLaw, limits: &[JointLimits]) -> f64 {
     let times_s: Vec<f64> = law.times_s().collect();
     let mut peak = 0.0_f64;

@@ -114,7 +114,7 @@ pub struct Thresholds {
     /// An object at rest moves and overlaps less than this share of its smallest side.
     #[serde(default)]
     pub rest_side_share: f64,
-    /// And turns less than this.
+    /// An object at rest turns less than this, radians.
     #[serde(default)]
     pub rest_rotation_rad: f64,
     /// Maximum overhang of an object over the table's outline.

@@ -33,7 +33,7 @@ pub struct GraspRecord {
     pub verdict: GraspVerdict,
     /// Distance that the gripped point moved in the hand while it was shaken; 0 if it was not tried.
     pub slip_m: f64,
-    /// By how much the object turned in the hand from when it was gripped, radians; 0 if it was not tried.
+    /// Angle by which the object turned in the hand since it was gripped, radians; 0 if it was not tried.
     #[serde(default)]
     pub turn_rad: f64,
 }

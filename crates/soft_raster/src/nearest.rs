@@ -31,7 +31,7 @@ pub struct Nearest {
     pub keys: Vec<f32>,
     /// Of each vertex x, y and key.
     corners: Vec<[f32; 3]>,
-    /// And where among the pixels' centers it lies.
+    /// Place of each vertex among the pixels' centers.
     places: Vec<Place>,
 }
 

@@ -38,7 +38,7 @@ pub struct Outline<const N: usize> {
     line_extents: Vec<Extent>,
     /// Of those in one cell their part within it.
     parts: Vec<Extent>,
-    /// The same edges.
+    /// Steps of the contour edges.
     steps: Vec<StepLine>,
     /// Cells that other steps pass.
     doubtful: Vec<usize>,

@@ -49,14 +49,14 @@ pub struct PredicateOutcome {
     /// The value that decides, meters or radians; 0 where nothing can be measured.
     pub measured: f64,
     pub limit: f64,
-    /// On which side of the limit the measured value must be.
+    /// Side of the limit on which the measured value must be.
     pub bound: Bound,
     pub unit: Unit,
     /// Meaning of the measured value, or the reason why the predicate does not hold.
     pub reason: Reason,
 }
 
-/// On which side of a limit a value must be.
+/// Side of a limit on which a value must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {

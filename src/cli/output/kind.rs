@@ -11,7 +11,7 @@ use episodes::is_of_dataset;
 /// The database of a data directory.
 pub(super) const DATABASE_FILE: &str = "tabletopgen.sqlite";
 
-/// So many files of others are named in a message.
+/// Maximum number of files of others that a message names.
 const NAMED: usize = 3;
 
 /// Kind of a folder's content.

@@ -24,17 +24,17 @@ pub struct HealthSettings {
     pub hull_excess_m: f64,
     /// A corner of the visual mesh may lie outside all hulls by this, meters.
     pub uncovered_m: f64,
-    /// And by this share of the body's longest side where that is more, 0..1.
+    /// Maximum of that distance as a share of the body's longest side, where this is more, 0..1.
     pub uncovered_share: f64,
     /// Hulls must leave at least this share of the mesh's openings open, 0..1.
     pub min_open_share: f64,
     /// The longest side of a body is at least this, meters.
     pub min_side_m: f64,
-    /// And at most this, meters.
+    /// The longest side of a body is at most this, meters.
     pub max_side_m: f64,
     /// Mass over the volume that the mesh encloses is at least this, kg/m^3; hollow objects are drawn solid.
     pub min_density_kg_m3: f64,
-    /// And at most this, kg/m^3.
+    /// Mass over the volume is at most this, kg/m^3.
     pub max_density_kg_m3: f64,
     /// Largest coefficient of static friction.
     pub max_friction: f64,

@@ -134,7 +134,7 @@ impl<S> StageContext<S> {
         self.blob(&artifact.digest, &artifact.name).await
     }
 
-    /// The same as a value.
+    /// Value of an artifact that was put as JSON.
     pub async fn get_json<T: DeserializeOwned>(&self, artifact: &ArtifactRef) -> Result<T, StageError> {
         let bytes = self.get(artifact).await?;
         serde_json::from_slice(&bytes).map_err(|error| {

@@ -224,7 +224,7 @@ impl Place {
         }
     }
 
-    /// The same without splits, which few scenes cannot fill.
+    /// Freeze request without splits, which few scenes cannot fill.
     pub fn undivided(&self, out: &str) -> FreezeRequest {
         FreezeRequest { plan: "none".parse().expect("a plan"), ..self.request(out) }
     }

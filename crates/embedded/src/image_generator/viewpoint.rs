@@ -27,9 +27,11 @@ pub(super) struct Viewpoint {
     pub lighting: Lighting,
     /// Minimum over the objects of visible over total silhouette area, at trial size.
     pub min_visible_share: f64,
-    /// The same over the objects that nothing rests on: what is below in a stack is covered in every arrangement.
+    /// Minimum visible share over the objects that nothing rests on: lower objects of a stack are covered in every
+    /// arrangement.
     pub min_uncovered_visible_share: f64,
-    /// The same over those of these that are not in another one: a container hides its contents in most arrangements.
+    /// Minimum visible share over the objects that nothing rests on and that are not in another one: a container hides
+    /// its contents in most arrangements.
     pub min_open_visible_share: f64,
     /// Names of objects without a visible pixel.
     pub hidden: Vec<String>,

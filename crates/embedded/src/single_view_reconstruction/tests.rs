@@ -46,7 +46,7 @@ fn rendered_table(azimuth_deg: f64, elevation_deg: f64) -> (Image, Vec<DVec2>) {
     rendered_room(azimuth_deg, elevation_deg, &[])
 }
 
-/// The same with furniture around the table: blocks on the floor, by extents and center (x, y), meters.
+/// Rendered table with furniture around it: blocks on the floor, by extents and center (x, y), meters.
 fn rendered_room(azimuth_deg: f64, elevation_deg: f64, furniture: &[(DVec3, DVec2)]) -> (Image, Vec<DVec2>) {
     let table = build_table("dining_table", TABLE_SIZE_M, None, Some("oak"), 7).expect("a model");
     let objects: Vec<(TexturedMesh, Pose)> = OBJECTS

@@ -60,7 +60,7 @@ pub(super) struct Phrases {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Exclusion {
-    /// Before what is excluded.
+    /// Phrases before an excluded object.
     pub before: PhraseList,
     /// Negations of a verb that asks for objects.
     pub negations: PhraseList,
@@ -68,9 +68,9 @@ pub(super) struct Exclusion {
     pub asks: PhraseList,
     /// Words that close a list.
     pub closed: PhraseList,
-    /// After what is excluded.
+    /// Phrases after an excluded object.
     pub after: PhraseList,
-    /// After what may be there, and need not.
+    /// Phrases after an object that may be there, and need not.
     pub permitted: PhraseList,
     /// With "usual" or "other" before them, they are everything that the text does not name.
     pub anything_else: PhraseList,
@@ -149,7 +149,7 @@ pub(super) struct Arrangement {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Remark {
-    /// After what has no importance.
+    /// Phrases after a word of no importance.
     pub indifferent: PhraseList,
     /// Nouns by which a text names itself.
     pub kinds: PhraseList,

@@ -74,7 +74,7 @@ fn changed(change: impl Fn(&mut [f32], &mut [f32], &mut CameraFrame)) -> Result<
     added(change, |_| {})
 }
 
-/// The same after a change of the points.
+/// Result of a frame whose points were changed.
 fn with_points(change: impl Fn(&mut Option<PointCloud>)) -> Result<(), EpisodeError> {
     added(|_, _, _| {}, change)
 }

@@ -12,7 +12,7 @@ use crate::ConvexHull;
 
 /// Twice the area of the smallest face that stays, m^2.
 const MIN_TWICE_AREA_M2: f64 = 4e-10;
-/// The same as a share of the squared size of the hull: hulls may be made smaller afterwards.
+/// Minimum of twice the area as a share of the squared size of the hull: hulls may be made smaller afterwards.
 const MIN_TWICE_AREA_SHARE: f64 = 1e-8;
 /// Mean distance by which the surface around a corner must shrink with it, meters; others are spared.
 const MIN_HEIGHT_M: f64 = 1e-6;

@@ -110,7 +110,7 @@ fn reached(grid: &Grid, wrap: &[(DVec3, f64)], depths: &mut Depths<'_>, free: &[
     reached
 }
 
-/// From where to where the line through `point` along x lies below all planes, meters from the point.
+/// Interval of the line through `point` along x that lies below all planes, meters from the point.
 fn within(planes: &[(DVec3, f64)], point: DVec3) -> [f64; 2] {
     planes.iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[from_m, to_m], (normal, offset_m)| {
         let below_m = offset_m - normal.dot(point);

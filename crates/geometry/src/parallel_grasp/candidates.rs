@@ -14,7 +14,7 @@ use crate::solid_query::MeshSolid;
 const DIRECTIONS: usize = 24;
 /// Heights along it, as shares.
 const HEIGHTS: [f64; 5] = [0.5, 0.35, 0.65, 0.2, 0.85];
-/// And depths below the top, meters: within the reach of fingers of 45 mm.
+/// Depths of candidates below the top, meters: within the reach of fingers of 45 mm.
 const DEPTHS_M: [f64; 5] = [0.006, 0.01, 0.015, 0.02, 0.03];
 /// Number of triangles of the mesh that are tried besides those lines.
 const MAX_TRIANGLES: usize = 240;

@@ -21,7 +21,7 @@ pub struct Summary {
     pub objects: usize,
     /// Degrees; `None` where no object's yaw is scored.
     pub yaw_deg: Option<Quantiles>,
-    /// The same, including yaws that only textures determine and that the stages' meshes lack.
+    /// Degrees, including yaws that only textures determine and that the stages' meshes lack.
     pub textured_yaw_deg: Option<Quantiles>,
     /// Meters.
     pub position_m: Option<Quantiles>,

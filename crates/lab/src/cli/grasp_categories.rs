@@ -48,7 +48,7 @@ struct Outcome<'a> {
     tried: usize,
     /// Distance that the object slipped while it was shaken, in the grasp that was stable.
     stable_slip_m: Option<f64>,
-    /// The same in the best of the others.
+    /// Distance that the object slipped in the best of the unstable grasps.
     unstable_slip_m: Option<f64>,
     /// The grasps that were tried, the stable ones first.
     #[serde(skip_serializing_if = "Vec::is_empty")]

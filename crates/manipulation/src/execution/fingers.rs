@@ -25,7 +25,7 @@ pub(crate) struct FingerCommand {
     max_opening_m: f64,
     /// Opening per position of the servo's joint, meters per unit of the joint.
     opening_per_position: f64,
-    /// By how much the target and the opening differ for each newton of each finger.
+    /// Difference between target and opening for each newton of each finger, meters.
     opening_per_n: f64,
     reference: Reference,
 }
@@ -126,7 +126,7 @@ impl FingerCommand {
         self.target_m
     }
 
-    /// The same within the limits of the fingers.
+    /// Target distance within the limits of the fingers, meters.
     pub fn opening_reference_m(&self) -> f64 {
         self.reference.mean_m()
     }

@@ -37,7 +37,7 @@ const PLACES: usize = 3;
 /// A motion that is left to the planner.
 #[derive(Clone, Debug)]
 pub struct MotionProblem {
-    /// With what it holds.
+    /// Arm with the object that it holds.
     pub arm: Arm,
     pub obstacles: Vec<Obstacle>,
     pub start: Vec<f64>,

@@ -15,9 +15,10 @@ use crate::swept::Swept;
 
 /// Spheres that cover a held object have about this radius at most, meters.
 const MAX_SPHERE_M: f64 = 0.02;
-/// The same where a held object is close to something: small spheres stick out less, and take longer.
+/// Maximum radius of these spheres where a held object is close to something, meters: small spheres stick out less, and
+/// take longer.
 const MAX_CLOSE_SPHERE_M: f64 = 0.006;
-/// And at least this many cells along its longest side.
+/// Minimum number of cells along the longest side of a held object.
 const CELLS: f64 = 4.0;
 /// Between the lowest link of a robot and the stand below it, meters.
 const BASE_GAP_M: f64 = 0.02;
@@ -130,7 +131,7 @@ impl PlannerArms {
         self.holding_covered(robot, hulls, tool_from_object, MAX_SPHERE_M)
     }
 
-    /// The same with small spheres, for an object that is close to something.
+    /// Arm with an object in its hand that is close to something: covered with small spheres.
     ///
     /// # Errors
     /// As [`Self::holding`].

@@ -33,7 +33,7 @@ pub struct Frame {
     /// target is lower by the offset that the gripper's servo needs for the force of the grasp: below 0 where the
     /// object is thin.
     pub opening_target_m: f64,
-    /// The same as fast as the limits of the fingers allow, and never below 0.
+    /// Target distance as fast as the limits of the fingers allow, and never below 0.
     pub opening_reference_m: f64,
     pub opening_m: f64,
     /// Target position of the gripper's joint: the one that belongs to `opening_target_m`.

@@ -23,9 +23,9 @@ pub struct ExecutionSettings {
     pub hand_gap_m: f64,
     /// Shares of the joints' limits of velocity and acceleration with a free hand.
     pub free_shares: [f64; 2],
-    /// The same with an object in the hand.
+    /// Shares of the limits with an object in the hand.
     pub carrying_shares: [f64; 2],
-    /// The same on straight motions to and from a grasp.
+    /// Shares of the limits on straight motions to and from a grasp.
     pub straight_shares: [f64; 2],
     /// Speed of each finger, m/s.
     pub finger_speed_m_s: f64,

@@ -10,7 +10,7 @@ pub enum Step {
     Place { object: InstanceId, predicates: Vec<GoalPredicate> },
     /// To any free place, away from where it and another object were at the start.
     SetAside { object: InstanceId, other: InstanceId },
-    /// To where another object was at the start.
+    /// To the place of another object at the start.
     TakePlaceOf { object: InstanceId, other: InstanceId },
     /// Up, and it is held there.
     Lift { object: InstanceId },

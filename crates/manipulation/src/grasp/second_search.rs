@@ -14,7 +14,7 @@ use super::hand_shape::HandShape;
 use super::settings::GraspSettings;
 use super::{Grasp, Verdict};
 
-/// So many times as many points are drawn as in the first search.
+/// Number of points drawn, as a multiple of that of the first search.
 const MORE_POINTS: usize = 2;
 /// Lines through each point whose angle against the normal is random.
 const TILTED_LINES: usize = 2;

@@ -10,7 +10,7 @@ pub struct GraspSettings {
     pub surface_points: usize,
     /// Angles about the closing line from which the hand comes.
     pub approach_angles: usize,
-    /// So much less than the greatest opening is the thickest object, meters.
+    /// Difference between the greatest opening and the thickest object, meters.
     pub opening_margin_m: f64,
     /// The pads open by so much more than the object is thick on each side, where the gripper allows, meters.
     pub clearance_m: f64,
@@ -37,7 +37,7 @@ pub struct TrialSettings {
     pub closing_speed_m_s: f64,
     /// Height to which the object is lifted, meters.
     pub lift_m: f64,
-    /// In what time it is lifted, seconds.
+    /// Duration of the lift, seconds.
     pub lift_s: f64,
     /// The amplitude of shaking along each axis of the world, meters.
     pub shake_m: f64,

@@ -18,8 +18,8 @@ use robot::export::contact::TORSIONAL_FRICTION_M;
 /// Share of the turning that remains after a step and that each pad removes in the next one. Both pads together must
 /// take less than all of it, or the object would swing back.
 const DAMPED_SHARE: f64 = 0.4;
-/// By how much of the torque that would have stopped the turning in one step the holding torque grows. Less than the
-/// damping, or the object would swing for long.
+/// Growth of the holding torque, as a share of the torque that would have stopped the turning in one step. Less than
+/// the damping, or the object would swing for long.
 const HELD_SHARE: f64 = 0.2;
 
 /// The torques with which pads keep what they press on from turning.

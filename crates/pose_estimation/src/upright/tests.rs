@@ -53,7 +53,7 @@ fn left_over(mesh: &TexturedMesh, k: usize, example: Option<&TexturedMesh>) -> (
     left_over_hints(mesh, k, example, &[])
 }
 
-/// The same with hints for the remaining rotation.
+/// Turns the mesh upright with hints for the remaining rotation, and returns that rotation.
 fn left_over_hints(
     mesh: &TexturedMesh,
     k: usize,

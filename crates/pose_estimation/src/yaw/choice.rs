@@ -111,7 +111,7 @@ impl<'a> Colors<'a> {
         Self { problem, image, outline, settings, model, crop, cropped, edges: Arc::new((fine, edges)) }
     }
 
-    /// The same on twice as many pixels each way.
+    /// Returns the comparison of colors on twice as many pixels each way.
     fn sharper(&self) -> Self {
         let [low, high] = [self.crop.low_px, self.crop.high_px];
         let bbox = [low.x, low.y, high.x, high.y].map(|side| side as u32);

@@ -45,7 +45,7 @@ pub struct SoftComparison<'a> {
 struct Scratch {
     /// Of the mesh's vertices in the camera's image.
     pixels: Vec<MovingPixel>,
-    /// The same in the crop.
+    /// Vertices in the crop.
     points: Vec<MovingPoint<1>>,
     drawn: SoftSilhouette<1>,
     appearance: AppearanceRoom,

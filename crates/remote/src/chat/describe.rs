@@ -363,7 +363,7 @@ pub(super) fn numbered<'a>(kinds: impl Iterator<Item = &'a str>) -> Vec<Instance
     numbered_beside(&[], kinds)
 }
 
-/// The same; none of the names is one of `taken`.
+/// Numbered ids of objects, none of which is one of `taken`.
 pub(super) fn numbered_beside<'a>(
     taken: &[InstanceId],
     kinds: impl Iterator<Item = &'a str>,

@@ -61,7 +61,7 @@ pub(super) fn identity() -> Value {
     json!(prompts().all().map(Prompt::identity))
 }
 
-/// The same for images with hints. It is apart, so that images without hints keep their stage keys.
+/// Identity of the prompts for images with hints. It is apart, so that images without hints keep their stage keys.
 pub(super) fn identity_with_hints() -> Value {
     json!([identity(), prompts().recognize_named.identity()])
 }

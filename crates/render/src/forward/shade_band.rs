@@ -17,7 +17,7 @@ const SKY_BLOCK_PX: usize = 2;
 
 /// Light at the samples of a pixel, linear.
 pub enum PixelLight<'a, L = Vec3> {
-    /// The same at all of them.
+    /// Light that is equal at all samples.
     Even(L),
     /// Row by row.
     Uneven(&'a [L]),

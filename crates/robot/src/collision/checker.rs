@@ -27,7 +27,7 @@ impl Checker {
         Self::with_backend(arm, obstacles, padding_m, Backend::fastest())
     }
 
-    /// The same with chosen instructions; the answers do not depend on them.
+    /// A checker with chosen instructions; the answers do not depend on them.
     pub fn with_backend(arm: &Arm, obstacles: &[Obstacle], padding_m: f64, backend: Backend) -> Self {
         let padding_m = padding_m.max(0.0);
         let fixed = arm.bodies().iter().filter(|body| body.frame == 0).flat_map(|body| &body.spheres);

@@ -12,7 +12,7 @@ use crate::collision::lane_arm::Configuration;
 use crate::collision::lanes::LANE_COUNT;
 use crate::collision::{Arm, Checker, Obstacle};
 
-/// From where to where an arm moves, among what.
+/// Planning problem: an arm, its obstacles, start and goals.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {
     pub arm: &'a Arm,

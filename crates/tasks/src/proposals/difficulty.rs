@@ -15,7 +15,7 @@ use crate::task_scene::TaskScene;
 const NEAR_M: f64 = 0.06;
 /// Precision that is half as difficult as none is, meters.
 const USUAL_PRECISION_M: f64 = 0.03;
-/// From where the table is seen: before the front edge and above it, meters.
+/// Point from which the table is seen: before the front edge and above it, meters.
 const VIEW_M: [f64; 2] = [0.5, 0.7];
 
 /// Difficulty of a task and its causes. `overall` is the mean of five terms, each from 0 to 1: `(objects - 1) / 3` and

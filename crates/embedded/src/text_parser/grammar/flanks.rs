@@ -23,7 +23,7 @@ pub(super) const FLANKS: &[&str] = &[
     "left and right",
 ];
 
-/// The same with an object after it.
+/// Phrases for both sides with an object after them.
 const FLANKS_OF: &[&str] = &[
     "to the left and to the right of",
     "on the left and on the right of",
