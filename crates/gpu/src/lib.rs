@@ -48,7 +48,7 @@ pub enum DeviceChoice {
     Gpu,
 }
 
-/// Failure of a computation on a GPU. The CPU kernels can compute the same result.
+/// Failure of a computation on a GPU. The CPU kernels can do it instead.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
     #[error("looking for a GPU: {rejected}; install a Vulkan or OpenGL driver, or set compute.device to cpu")]

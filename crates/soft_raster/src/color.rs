@@ -257,7 +257,7 @@ impl<const N: usize> SoftImage<N> {
         &self.planes
     }
 
-    /// Derivatives of the channels by each parameter.
+    /// Derivatives of the planes by each parameter.
     pub fn slopes(&self) -> &[[Vec<f32>; CHANNELS]; N] {
         &self.slopes
     }
