@@ -239,7 +239,7 @@ catalog makes them, before they are united, which is what the pipeline cuts (CPU
 {chr(10).join(rows)}
 
 Hulls are at least 1 mm thick. What is thinner grows by at most 0.5 mm a side, whatever its shape and however it lies
-(`no_side_of_a_thin_thing_grows_by_more_than_half_a_millimeter` in `src/geometry/convex_hull.rs`).
+(`thickening_grows_no_side_by_more_than_half_a_millimeter` in `crates/geometry/src/convex_hull.rs`).
 
 What repairing changed:
 

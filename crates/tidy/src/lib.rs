@@ -25,6 +25,7 @@ pub mod forms;
 pub mod settings;
 pub mod width;
 pub mod doc_openings;
+pub mod document_paths;
 pub mod words;
 pub mod allowed;
 

@@ -14,8 +14,8 @@ pub struct YawSettings {
     pub edge_weight: f64,
     /// Weight of the classical descriptor's distance (0..2, usually below 1) in the loss where `solver` is
     /// [`YawSolver::Paper`] and an image is given, 0..; 0 leaves colors to the choice among equal outlines. The paper's
-    /// 2.0 is for DINOv2's features. 0.1 tells a book's sides apart and leaves the dozen objects of `tests/solvers.rs`
-    /// off by as much in the median as without; which weight is best was not searched for.
+    /// 2.0 is for DINOv2's features. 0.1 tells a book's sides apart and leaves the dozen objects of
+    /// `yaw/tests/solvers.rs` off by as much in the median as without; which weight is best was not searched for.
     pub descriptor_weight: f64,
     /// Yaws of the coarse search, 8..720, evenly spaced over a turn; the paper's 72.
     pub coarse_yaws: u32,

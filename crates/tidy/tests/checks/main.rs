@@ -14,6 +14,7 @@ mod scanner;
 mod import_reader;
 mod word_reader;
 mod doc_openings;
+mod document_paths;
 
 /// Every source file, read once.
 static TREE: LazyLock<Vec<Source>> = LazyLock::new(tree);
