@@ -244,10 +244,10 @@ fn summary(inputs: &Inputs, pairs: usize, reasons: &[Reason]) -> String {
             counted(objects, "object"),
             inputs.certify.dss_duration_s,
         ),
-        [only] => format!("It must not be used: {}.", only.sentence),
+        [only] => format!("The scene must not be used: {}.", only.sentence),
         [first, rest @ ..] => {
             let more = counted(rest.len(), "more reason");
-            format!("It must not be used: {}, and {more}.", first.sentence)
+            format!("The scene must not be used: {}, and {more}.", first.sentence)
         }
     };
     let marked = inputs.composition.recognition.objects.iter().filter(|object| object.stand_in.is_some());

@@ -20,7 +20,7 @@ pub fn write(report: &Report<'_>) -> String {
     verdict(&mut page, report);
     figure(&mut page, images.hero.as_ref(), "The finished scene");
     if let Some(account) = &report.scene.text {
-        section(&mut page, "What was understood of the text", |page| {
+        section(&mut page, "Understood text", |page| {
             sections::text::write(page, report, account);
         });
     }
@@ -44,7 +44,7 @@ pub fn write(report: &Report<'_>) -> String {
         sections::likeness::write(page, report);
     });
     if let Some(finding) = &report.certificate.robot {
-        section(&mut page, "What a robot can do", |page| sections::robot::write(page, finding));
+        section(&mut page, "Abilities of the robot", |page| sections::robot::write(page, finding));
     }
     if let Some(appraisal) = &report.certificate.appraisal {
         section(&mut page, "Ratings by a model", |page| {
@@ -85,7 +85,7 @@ fn verdict(page: &mut Html, report: &Report<'_>) {
             .iter()
             .map(|reason| vec![Cell::Words(word(reason.code)), Cell::Words(reason.sentence.clone())])
             .collect();
-        page.table("reasons", &["Code", "What was found"], rows);
+        page.table("reasons", &["Code", "Finding"], rows);
     }
     match &report.scene.request.input {
         Input::Text { text } => {

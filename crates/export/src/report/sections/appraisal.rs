@@ -46,7 +46,7 @@ pub fn write(page: &mut Html, report: &Report<'_>, appraisal: &Appraisal) {
 fn source<T>(page: &mut Html, response: &ModelResponse<T>) {
     let ModelResponse { by, model, prompt, .. } = response;
     let words = format!(
-        "Said by {by}, model {model}, asked with prompt {prompt}. The verdict does not depend on it."
+        "Answered by {by}, model {model}, asked with prompt {prompt}. The verdict does not depend on it."
     );
     page.leaf("p", &[], &words);
 }

@@ -80,7 +80,7 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
         limits.dss_duration_s
     );
     let dss = format!(
-        "what stays within {} and {} of the shipped poses, as the paper counts",
+        "share of objects that stay within {} and {} of the shipped poses, as the paper counts",
         mm(limits.dss_displacement_m),
         degrees(limits.dss_rotation_rad)
     );
@@ -118,9 +118,9 @@ fn poses(report: &Report<'_>) -> Vec<Vec<Cell>> {
         row(report, ReasonCode::NotAtRest, "Every object rests under gravity", rest, rest_asked),
         report_only("Dynamic stability (DSS as shipped)", stays(metrics.dss_shipped), &dss),
         report_only(
-            "The same from the aligned poses (DSS as aligned)",
+            "Dynamic stability from the aligned poses (DSS as aligned)",
             stays(metrics.dss_aligned),
-            "what the layout alone would do; the paper's figure compares with this",
+            "the result of the layout alone; the paper's figure compares with this",
         ),
         row(
             report,

@@ -9,14 +9,14 @@ use scene::certificate::{Displacement, Displacements, ReasonCode, RelaxationKind
 
 pub fn write(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {
     cards(page, report, images);
-    page.leaf("h3", &[], "How far each was moved");
+    page.leaf("h3", &[], "Displacements");
     let objects = &report.certificate.objects;
     let spread = |of: fn(&Displacements) -> Displacement| {
         let mut ways: Vec<f64> = objects.iter().map(|object| of(&object.moved).distance_m).collect();
         ways.sort_by(f64::total_cmp);
         match ways.as_slice() {
             [] => "none".to_owned(),
-            ways => format!("median {}, most {}", mm(ways[ways.len() / 2]), mm(ways[ways.len() - 1])),
+            ways => format!("median {}, maximum {}", mm(ways[ways.len() / 2]), mm(ways[ways.len() - 1])),
         }
     };
     let words = format!(
@@ -64,10 +64,10 @@ pub fn write(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {
             };
             vec![Cell::Body(object.name.clone()), Cell::Words(done)]
         });
-        page.table("", &["Object", "What was done"], rows.collect());
+        page.table("", &["Object", "Change"], rows.collect());
     }
     if !resolve.log.is_empty() {
-        page.leaf("h3", &[], "What resolve did");
+        page.leaf("h3", &[], "Changes by the stage resolve");
         page.open("ol", &[]);
         resolve.log.iter().for_each(|step| page.leaf("li", &[], step));
         page.close();

@@ -16,7 +16,7 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
     let rows = facts.into_iter().map(|(what, value)| vec![Cell::Words(what.into()), Cell::Words(value)]);
     page.table("facts", &["", ""], rows.collect());
 
-    page.leaf("h3", &[], "What answered");
+    page.leaf("h3", &[], "Adapters");
     let rows = made_with.adapters.iter().map(|used| {
         [&used.port, &used.name, &used.model].map(|word| Cell::Words(word.clone())).into_iter().collect()
     });

@@ -27,7 +27,7 @@ pub fn write(page: &mut Html, report: &Report<'_>, account: &TextAccount) {
             .changed
             .iter()
             .map(|part| vec![Cell::UserText(part.span.text.clone()), Cell::Words(part.by.clone())]);
-        page.table("", &["Words", "What was done"], rows.collect());
+        page.table("", &["Words", "Change"], rows.collect());
     }
     if !account.unrecognized.is_empty() {
         page.leaf("h3", &[], "Without effect");
