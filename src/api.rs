@@ -123,9 +123,9 @@ pub struct Settings {
     pub max_event_streams_per_address: usize,
     /// An event stream ends after this long, seconds.
     pub max_event_stream_secs: u64,
-    /// How long a shutdown keeps the listener open while `/readyz` answers 503, seconds.
+    /// Time that a shutdown keeps the listener open while `/readyz` answers 503, seconds.
     pub close_delay_secs: u64,
-    /// How long a shutdown then waits for requests that are being answered, seconds.
+    /// Time that a shutdown then waits for requests that are being answered, seconds.
     pub shutdown_grace_secs: u64,
 }
 
@@ -140,7 +140,7 @@ pub type Understand = Arc<dyn Fn(&SceneRequest) -> Result<Option<TextAccount>, F
 /// `app::pipeline::read_instruction`.
 pub type ReadInstruction = Arc<dyn Fn(&str) -> Result<Vec<EditOperation>, FieldError> + Send + Sync>;
 
-/// What an edit will do to the scene in an archive, without making a scene; `None` where nothing is predicted. It
+/// Prediction of an edit of the scene in an archive, without making a scene; `None` where nothing is predicted. It
 /// computes, so it blocks. Made by `app::pipeline::predict`.
 pub type Predict = Arc<dyn Fn(&SceneRequest, &[u8]) -> Result<Option<Value>, Problem> + Send + Sync>;
 
@@ -148,7 +148,7 @@ pub type Predict = Arc<dyn Fn(&SceneRequest, &[u8]) -> Result<Option<Value>, Pro
 /// `app::fetching`.
 pub type FetchImage = Arc<dyn Fn(String, usize) -> BoxFuture<'static, Result<Bytes, String>> + Send + Sync>;
 
-/// What the interface asks of the rest of the program.
+/// Services of the rest of the program for the interface.
 pub struct Services {
     pub validate: Validate,
     pub understand: Understand,
@@ -163,7 +163,7 @@ pub struct Services {
     pub max_batch_requests: u64,
 }
 
-/// What handlers share; cloning shares it.
+/// State that handlers share; cloning shares it.
 #[derive(Clone)]
 pub struct Api {
     pub store: Store,

@@ -40,7 +40,7 @@ use runtime::CpuPool;
 use store::queue::control::QueueControl;
 use store::{Intent, Store, StoreError};
 
-/// Why the program could not start or go on.
+/// Reason why the program could not start or go on.
 #[derive(Debug, thiserror::Error)]
 pub enum AppError {
     #[error(transparent)]
@@ -91,9 +91,9 @@ pub fn worker(store: &Store, config: &Config, cpu: &CpuPool, build: BuildScene) 
     Worker::new(store.clone(), config.worker.clone()).with(Arc::new(scenes))
 }
 
-/// What results depend on besides inputs and settings, as part of every checkpoint's key: floating point
-/// differs between architectures in the last bit, and nothing else here differs between machines. A GPU differs
-/// too; the stages that use one have its name among their inputs.
+/// Hardware that results depend on besides inputs and settings, as part of every checkpoint's key: floating point
+/// differs between architectures in the last bit, and nothing else here differs between machines. A GPU differs too;
+/// the stages that use one have its name among their inputs.
 pub const BACKEND: &str = if cfg!(target_arch = "x86_64") {
     "cpu-x86_64"
 } else if cfg!(target_arch = "aarch64") {

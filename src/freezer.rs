@@ -34,7 +34,7 @@ const FOLDER: &str = "datasets";
 /// Time between two notes of the progress.
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Why work on a dataset did not come to its end.
+/// Reason why work on a dataset did not come to its end.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum FreezeError {
     #[error(transparent)]

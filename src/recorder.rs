@@ -37,7 +37,7 @@ const FOLDER: &str = "episodes";
 /// Recordings whose shared part is kept in memory.
 const KEPT_PREPARATIONS: usize = 2;
 
-/// What all attempts of a recording share.
+/// Data that all attempts of a recording share.
 pub struct Preparation {
     pub setup: Setup,
     pub card: DatasetCard,
@@ -45,7 +45,7 @@ pub struct Preparation {
     pub keeps_failures: bool,
 }
 
-/// Why there is no such preparation.
+/// Reason why there is no such preparation.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Refusal {
@@ -67,7 +67,7 @@ struct Prepared {
 
 type PreparedCell = Arc<OnceCell<Result<Arc<Prepared>, Refusal>>>;
 
-/// Why work on a recording did not come to its end.
+/// Reason why work on a recording did not come to its end.
 #[derive(Debug, thiserror::Error)]
 enum RecordError {
     #[error(transparent)]
@@ -168,7 +168,7 @@ impl Recorder {
         }
     }
 
-    /// What attempts of a recording share: found once, also by several attempts at a time.
+    /// Data that attempts of a recording share: found once, also by several attempts at a time.
     async fn prepared(&self, recording: &RecordingRow) -> Result<Arc<Prepared>, RecordError> {
         let cell = self.cell(&recording.id);
         let found = cell.get_or_try_init(async || {

@@ -45,8 +45,8 @@ pub struct Settings {
     pub cpu_threads: usize,
     /// Instances of one stage worked on at the same time (1..=64). Does not change results.
     pub fan_out: usize,
-    /// How long a claim lasts without a heartbeat, seconds (5..=3600). More leaves a dead worker's job
-    /// waiting longer; less risks taking a slow worker's job away.
+    /// Time that a claim lasts without a heartbeat, seconds (5..=3600). More leaves a dead worker's job waiting longer;
+    /// less risks taking a slow worker's job away.
     pub lease_secs: u64,
     /// Time between heartbeats, seconds; at most a third of the lease.
     pub heartbeat_secs: u64,
@@ -61,7 +61,7 @@ pub struct Settings {
     pub backoff_base_ms: u64,
     /// Largest delay of a retry, milliseconds.
     pub backoff_cap_ms: u64,
-    /// How long a shutdown waits for running stages to finish before it interrupts them, seconds.
+    /// Time that a shutdown waits for running stages to finish before it interrupts them, seconds.
     pub drain_grace_secs: u64,
     /// Longest time one stage (of one instance) may take, seconds.
     pub stage_timeout_secs: u64,
@@ -69,7 +69,7 @@ pub struct Settings {
     pub listen: String,
 }
 
-/// How long a shutdown waits for interrupted stages to end.
+/// Time that a shutdown waits for interrupted stages to end.
 const INTERRUPT_GRACE: Duration = Duration::from_secs(10);
 
 /// A work with its slots.

@@ -1,5 +1,5 @@
-//! Which requests are let in: those with a `Host` of this server, not from the pages of another site, and not more at
-//! once than the server can answer.
+//! Admission of requests: those with a `Host` of this server, not from the pages of another site, and not more at once
+//! than the server can answer.
 //!
 //! A page of any site can make a browser send requests to this server, also to one on loopback, and a name that its
 //! owner resolves to 127.0.0.1 makes them same-origin (DNS rebinding). Names of the operator and addresses that the

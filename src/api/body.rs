@@ -29,7 +29,7 @@ pub struct BodyReader {
     body: Body,
     max_bytes: usize,
     received_bytes: usize,
-    /// What the header promises.
+    /// Length that the header promises.
     promised_bytes: Option<usize>,
     memory: Reservation,
     timeout: Duration,

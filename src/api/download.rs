@@ -14,7 +14,7 @@ use super::error::{Problem, ProblemType};
 use super::pieces::{self, Piece};
 use store::Digest;
 
-/// What to send.
+/// Content of a download, and its headers.
 pub struct Download<'a> {
     pub digest: &'a Digest,
     /// Bytes.
@@ -25,7 +25,7 @@ pub struct Download<'a> {
     pub content: Content,
 }
 
-/// Where the bytes are.
+/// Place of the bytes.
 pub enum Content {
     /// In the blob with the digest.
     Stored,

@@ -84,7 +84,7 @@ pub async fn submit(
     enqueue(&api, submission.child_of(scene_id), delivery).await
 }
 
-/// What the edit will do, without a job; one archive in memory for each of a few requests at a time.
+/// Prediction of the edit, without a job; one archive in memory for each of a few requests at a time.
 async fn predict(
     api: &Api,
     scene_id: &SceneId,

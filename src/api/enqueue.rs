@@ -19,7 +19,7 @@ use store::queue::QueueFull;
 use store::retention::QuotaOutcome;
 use store::scenes::{NewRows, SubmitOutcome};
 
-/// What the headers of a request for a new scene ask for.
+/// Options in the headers of a request for a new scene.
 pub(super) struct Delivery {
     pub(super) idempotency_key: Option<String>,
     wait: Option<Duration>,
@@ -83,7 +83,7 @@ pub(super) async fn enqueue(
 /// A scene that was enqueued, now or by an earlier request with the same key.
 pub(super) struct Enqueued {
     pub scene_id: SceneId,
-    /// What was written now.
+    /// Rows that were written now.
     rows: Option<Box<NewRows>>,
 }
 

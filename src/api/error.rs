@@ -95,7 +95,7 @@ impl ProblemType {
     }
 }
 
-/// Where in the body, and what is wrong there.
+/// Place in the body, and the fault there.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct FieldError {
     /// JSON pointer, such as `/options/table/size_m`.
@@ -115,7 +115,7 @@ pub struct Problem {
     pub kind: ProblemType,
     /// Stable, `[a-z0-9_]+`.
     pub code: &'static str,
-    /// What is wrong and what to change.
+    /// Fault and correction.
     pub detail: String,
     pub errors: Vec<FieldError>,
 }

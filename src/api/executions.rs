@@ -33,14 +33,13 @@ pub struct ExecutionBody {
     /// The robot of an instruction in words.
     pub robot: String,
     pub seed: u64,
-    /// Where the base of the robot stands; chosen if absent.
+    /// Place of the robot's base; chosen if absent.
     pub base: Option<BasePlace>,
     /// Whether the archive has a video.
     pub video: bool,
 }
 
-/// Where the base of a robot stands, in the frame of the scene, and where it faces: turned by `yaw_rad` about the
-/// vertical.
+/// Place of a robot's base, in the frame of the scene, and its direction: turned by `yaw_rad` about the vertical.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BasePlace {
@@ -94,7 +93,7 @@ pub struct ExecutionParameters {
     format: ExecutionFormat,
 }
 
-/// What is to be executed.
+/// Order of an execution.
 #[derive(Clone, Debug)]
 pub struct ExecutionRequest {
     pub task: RequestedTask,

@@ -15,7 +15,7 @@ use super::error::{Problem, ProblemType};
 use super::json_body::parse_apart;
 use super::submission::SceneBody;
 
-/// What a form brought, and the memory of all its fields.
+/// Content of a form, and the memory of all its fields.
 pub struct Form {
     pub request: Option<SceneBody>,
     pub image: Option<Bytes>,
@@ -92,7 +92,7 @@ impl FormSource {
         }))
     }
 
-    /// Why the form ended early: the reader's reason, or the parser's.
+    /// Reason why the form ended early: the reader's, or the parser's.
     fn problem(&self, status: StatusCode, text: String) -> Problem {
         let refusal = self.refusal.lock().expect("no code panics while it holds this lock").take();
         refusal.unwrap_or_else(|| match status {

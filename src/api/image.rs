@@ -26,7 +26,7 @@ pub struct UploadedImage {
 /// Pixels of one block of [`pixel_blocks`].
 pub const PIXELS_PER_BLOCK: u64 = 1024;
 
-/// How many blocks of pixels an image declares; at least 1. Memory of a decoder grows with them.
+/// Number of blocks of pixels that an image declares; at least 1. Memory of a decoder grows with them.
 pub fn pixel_blocks(bytes: &[u8]) -> u32 {
     let pixels =
         read_header(bytes).map_or(0, |header| u64::from(header.width_px) * u64::from(header.height_px));

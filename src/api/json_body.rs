@@ -43,7 +43,7 @@ pub fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
         .map_err(|error| Problem::invalid(vec![field_error(&error)]))
 }
 
-/// Where a value stops being of its type, and why.
+/// Place at which a value stops being of its type, and the reason.
 pub(super) fn field_error(error: &serde_path_to_error::Error<serde_json::Error>) -> FieldError {
     let mut pointer = String::new();
     for segment in error.path() {

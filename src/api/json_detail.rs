@@ -1,4 +1,4 @@
-//! What is wrong with a value of a JSON body, in terms of JSON.
+//! Faults of values of a JSON body, in terms of JSON.
 //!
 //! Serde reports names of Rust types ("expected u64"). Clients know numbers, strings, lists and objects. The kinds of
 //! messages are those of `serde::de::Error`; a message of another form is a sentence of this program and stays.
@@ -39,7 +39,7 @@ pub fn json_detail(message: &str) -> String {
     other.to_owned()
 }
 
-/// What a visitor expects, as a type of JSON.
+/// Expectation of a visitor, as a type of JSON.
 fn json_type(expected: &str) -> String {
     let list_of = |count: &str| format!("a list of {count}");
     match expected {

@@ -17,7 +17,7 @@ const MAX_DEPTH: usize = 8;
 /// Values in all; a body has fewer than 200, the longest list of operations fewer than 3,000.
 const MAX_VALUES: usize = 3000;
 
-/// Where an object must not be a list. A star stands for the index of an item.
+/// Places at which an object must not be a list. A star stands for the index of an item.
 const OBJECTS: [&str; 9] = [
     "",
     "/image",

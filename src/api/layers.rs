@@ -1,5 +1,5 @@
-//! What surrounds every handler: a request id, the body of problem documents, metrics, and a panic that
-//! becomes a 500 instead of a closed connection.
+//! Layers around every handler: a request id, the body of problem documents, metrics, and a panic that becomes a 500
+//! instead of a closed connection.
 
 use std::time::Instant;
 

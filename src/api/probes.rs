@@ -17,7 +17,7 @@ use store::Outage;
 /// The contract, as it lies in the repository.
 pub const OPENAPI: &str = include_str!("../../openapi.yaml");
 
-/// How long a scrape waits for the database; the metrics of the process are answered without it.
+/// Time that a scrape waits for the database; the metrics of the process are answered without it.
 const QUEUE_DEPTH_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// `GET /healthz`: the process answers.

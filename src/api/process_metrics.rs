@@ -1,5 +1,5 @@
-//! What the process takes of the machine, by the names that Prometheus' client libraries use. It is read on demand,
-//! from the system's clock and limits, and on Linux from `/proc`.
+//! Resources of the machine that the process uses, by the names that Prometheus' client libraries use. It is read on
+//! demand, from the system's clock and limits, and on Linux from `/proc`.
 
 use std::fs;
 use std::sync::OnceLock;

@@ -1,4 +1,4 @@
-//! What a scene's calls of remote models have cost, as clients see it.
+//! Cost of a scene's calls of remote models, for clients.
 
 use serde::Serialize;
 

@@ -31,7 +31,7 @@ use store::{Digest, Store, StoreError};
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneBody {
-    /// What stands on the table; beside an image, what is in it.
+    /// Description of the objects on the table; beside an image, of its content.
     pub text: Option<String>,
     pub image: Option<ImageSource>,
     pub seed: Option<u64>,
@@ -45,7 +45,7 @@ pub struct SceneBody {
     pub deadline: Option<Time>,
 }
 
-/// Where an image is, or its bytes; one of them.
+/// URL of an image, or its bytes; one of them.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImageSource {
@@ -74,7 +74,7 @@ pub struct Submission {
 }
 
 impl Submission {
-    /// When the job runs.
+    /// Schedule of the job.
     pub fn schedule(&self, queue: &queue::Settings) -> Schedule {
         let Self { priority, not_before_ms, deadline_ms, .. } = *self;
         Schedule { priority, not_before_ms, deadline_ms, ..Schedule::usual(queue.clone()) }

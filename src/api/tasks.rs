@@ -22,7 +22,7 @@ pub const MAX_TASKS: usize = 50;
 /// Most of those that are rehearsed.
 const MAX_REHEARSED: usize = 10;
 
-/// Which tasks a client asks for.
+/// Order of tasks by a client.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TasksRequest {

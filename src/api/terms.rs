@@ -1,4 +1,4 @@
-//! What requests of every kind state beside their source: seed, labels, options and schedule.
+//! Statements of requests of every kind beside their source: seed, labels, options and schedule.
 
 use std::collections::BTreeMap;
 

@@ -33,7 +33,7 @@ use scene::{Input, Randomize, SceneId, Violation};
 #[serde(deny_unknown_fields, default)]
 pub struct VariantsBody {
     pub count: u32,
-    /// What differs; everything where it is absent.
+    /// Differences between variants; everything where it is absent.
     pub randomize: Option<Randomize>,
     /// Whether the parent may be a scene whose certificate says quarantine.
     pub allow_quarantined: bool,
@@ -63,7 +63,7 @@ impl Default for VariantsBody {
 
 /// A request for variants that is valid.
 pub struct Variants {
-    /// That the seed of every variant is drawn from.
+    /// Seed from which the seed of every variant is drawn.
     pub seed: u64,
     pub randomize: Randomize,
     /// One per variant, in order.

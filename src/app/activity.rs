@@ -1,4 +1,4 @@
-//! What a computation of the command line is at: stages, as those of jobs.
+//! Activity of a computation of the command line: stages, as those of jobs.
 
 /// A change of what is being worked on.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub enum Activity {
         stage: &'static str,
         instance: Option<String>,
     },
-    /// What a stage has found so far, in words.
+    /// Findings of a stage so far, in words.
     Found {
         stage: &'static str,
         message: String,

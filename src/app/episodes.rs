@@ -32,7 +32,8 @@ pub use order::{Cameras, EpisodesOrder};
 /// The stage in which the grasps of a task are tried, and the base of the robot is placed.
 const PREPARE: &str = "prepare";
 
-/// What all demonstrations of an order share. Takes seconds: grasps are tried in simulation, and distractors made.
+/// Prepares the data that all demonstrations of an order share. Takes seconds: grasps are tried in simulation, and
+/// distractors made.
 ///
 /// # Errors
 ///

@@ -25,7 +25,7 @@ use runtime::seed::child_rng;
 use serde::Deserialize;
 use tasks::Task;
 
-/// What is executed.
+/// Source of the task.
 #[derive(Clone, Debug)]
 pub enum TaskSource {
     /// An instruction in words.

@@ -1,4 +1,4 @@
-//! Which adapter answers the feature port: weights are read once, when the program starts, and shared by all jobs.
+//! Adapter of the feature port: weights are read once, when the program starts, and shared by all jobs.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use embedded::dinov2::Dinov2FeatureExtractor;
 use ports::feature_extractor::FeatureAdapter;
 use ports::{FeatureExtractor, Ports};
 
-/// What the configuration chose.
+/// Adapter that the configuration chose.
 #[derive(Clone)]
 pub enum Features {
     /// The descriptor among the embedded adapters, with the settings of each request.

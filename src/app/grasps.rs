@@ -1,4 +1,4 @@
-//! Which objects in the scene of a bundle a robot can grasp: one answer for tasks, executions and demonstrations.
+//! Objects in the scene of a bundle that a robot can grasp: one answer for tasks, executions and demonstrations.
 //!
 //! Grasps that held in simulation decide. A bundle that was made with the robot states them; for other bundles they are
 //! tried where shapes alone would refuse an object, and before every execution.
@@ -30,7 +30,7 @@ pub fn known_grasps<'a>(
     KnownGrasps::new(scene, robot, settings, seed).with(stated.collect::<GraspBook>())
 }
 
-/// What the robot can take and lift, with the grasps that are known already.
+/// Limits of the objects that the robot can take and lift, with the grasps that are known already.
 ///
 /// # Errors
 ///

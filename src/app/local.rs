@@ -13,7 +13,7 @@ use store::jobs::JobRow;
 use store::scenes::{SceneRow, SubmitOutcome};
 use store::{DEFAULT_TENANT, Outage, Store, StoreError};
 
-/// How it ended.
+/// End of a local job.
 #[derive(Debug)]
 pub enum Ended {
     /// The job came to an end of its own, or was cancelled.

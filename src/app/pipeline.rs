@@ -26,7 +26,7 @@ use runtime::CancelFlag;
 use scene::request::RequestOptions;
 use scene::{Input, SceneRequest};
 
-/// What was made when the program started: networks read from files of weights, and remote models.
+/// Models made when the program started: networks read from files of weights, and remote models.
 #[derive(Clone)]
 struct Models {
     features: Features,
@@ -122,7 +122,7 @@ pub fn predict(resolved: &Resolved) -> Predict {
     })
 }
 
-/// Why there is no prediction, for the client.
+/// Reason why there is no prediction, for the client.
 fn not_predicted(error: StageError) -> Problem {
     let kind = match error.code {
         "edit_refused" | "settings_invalid" => ProblemType::InvalidRequest,
@@ -164,7 +164,7 @@ fn assembled(resolved: &Resolved, models: &Models) -> (Ports, Arc<Settings>) {
     (models.remote.answer(models.features.answer(ports)), Arc::new(stages(&resolved.config)))
 }
 
-/// What the stages need of the configuration.
+/// Settings of the stages in the configuration.
 pub fn stages(config: &Config) -> Settings {
     let config = config.clone();
     Settings {
@@ -187,7 +187,7 @@ pub fn stages(config: &Config) -> Settings {
     }
 }
 
-/// What the embedded adapters need of the configuration.
+/// Settings of the embedded adapters in the configuration.
 pub fn adapters(config: &Config) -> EmbeddedSettings {
     let config = config.clone();
     EmbeddedSettings {

@@ -74,7 +74,7 @@ impl Process {
     }
 }
 
-/// Why a worker ended by itself; pending without a worker.
+/// Reason why a worker ended by itself; pending without a worker.
 async fn end_of(worker: &mut Option<JoinHandle<Result<(), StoreError>>>) -> String {
     let Some(worker) = worker else { return std::future::pending().await };
     match worker.await {

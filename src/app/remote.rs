@@ -1,6 +1,5 @@
-//! Which remote models answer, if any: their endpoints are made once, when the program starts, so that all
-//! jobs share rate limiters, circuit breakers and connections. Without any, nothing here touches the network or reads
-//! certificates.
+//! Remote models, if any: their endpoints are made once, when the program starts, so that all jobs share rate limiters,
+//! circuit breakers and connections. Without any, nothing here touches the network or reads certificates.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -91,7 +90,7 @@ impl Remote {
     }
 }
 
-/// What stands for each provider of a port; `None` for the embedded one.
+/// Adapter of each provider of a port; `None` for the embedded one.
 type Made<P> = Result<Option<Arc<P>>, ConfigErrors>;
 
 fn each<T: Copy, P: ?Sized>(
@@ -211,13 +210,13 @@ fn wrong(resolved: &Resolved, section: &str, key: &str, detail: String) -> Confi
     ConfigErrors(vec![ConfigError { origin: resolved.origin(&key).clone(), key, detail }])
 }
 
-/// What one section says about an endpoint.
+/// Settings of one section about an endpoint.
 struct Vendor<'a> {
     section: &'static str,
     port: Port,
     provider: &'static str,
     model: &'a str,
-    /// Where the vendor wants signatures: the variable with the id that goes with the key.
+    /// Variable with the id that goes with the key, where the vendor wants signatures.
     secret_id_variable: Option<&'a str>,
     idempotency_header: &'a str,
     settings: &'a EndpointSettings,
@@ -330,8 +329,7 @@ fn http_client(resolved: &Resolved, policy: AddressPolicy) -> Result<HttpClient,
     }
 }
 
-/// How requests to a service that wants signatures are signed. Without a key nothing is, and the service says
-/// so.
+/// Signature of requests to a service that wants one. Without a key nothing is signed, and the service says so.
 fn signing(
     base_url: &str,
     variable_name: &str,

@@ -1,4 +1,4 @@
-//! What a process does: the HTTP interface, jobs, or both.
+//! Role of a process: the HTTP interface, jobs, or both.
 //!
 //! Processes with separate roles work on one database and one blob store. Combinations in which they could not see each
 //! other's rows or blobs are refused before anything starts.

@@ -19,7 +19,7 @@ use store::{Intent, Store};
 
 /// A running server. Dropping it does not stop it; [`Service::stop`] does.
 pub struct Service {
-    /// Where it listens.
+    /// Address on which it listens.
     pub address: SocketAddr,
     pub store: Store,
     /// Cancelled = not ready any more, nothing new is begun.
@@ -29,7 +29,7 @@ pub struct Service {
 
 /// A running worker without the HTTP interface.
 pub struct WorkerService {
-    /// Where it answers probes, if anywhere.
+    /// Address on which it answers probes, if any.
     pub address: Option<SocketAddr>,
     pub store: Store,
     process: Process,
@@ -159,7 +159,7 @@ fn unusable(address: &str) -> impl Fn(std::io::Error) -> AppError {
     move |source| AppError::Listen { address: address.to_owned(), source }
 }
 
-/// What handlers share.
+/// State that handlers share.
 fn interface(
     resolved: &Resolved,
     settings: &api::Settings,

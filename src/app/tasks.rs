@@ -27,12 +27,12 @@ use tasks::{Reading, Refusal, Task, validate};
 pub struct SceneTasks {
     pub robot: String,
     pub seed: u64,
-    /// That of the scene's own text, where it was an instruction.
+    /// Task of the scene's own text, where it was an instruction.
     pub own: Option<Task>,
-    /// That of the instruction that was given.
+    /// Task of the given instruction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instructed: Option<Task>,
-    /// Where no instruction was given.
+    /// Proposed tasks, where no instruction was given.
     pub proposed: Vec<ProposedTask>,
 }
 

@@ -29,7 +29,7 @@ use http_client::{AddressPolicy, HttpClient, HttpRequest, Method};
 /// The largest answer of a collector that is read.
 const MAX_ANSWER_BYTES: usize = 64 << 10;
 
-/// Why spans cannot be sent.
+/// Reason why spans cannot be sent.
 #[derive(Debug, thiserror::Error)]
 pub enum TelemetryError {
     #[error(

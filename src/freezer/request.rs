@@ -1,4 +1,4 @@
-//! What a dataset is made of, as it is stored.
+//! Request of a dataset, as it is stored.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub struct DatasetRequest {
     pub source: DatasetSource,
     pub filter: Filter,
     pub splits: SplitPlan,
-    /// What scenes of different splits must not share.
+    /// Parts that scenes of different splits must not share.
     pub disjoint: LeakageRules,
     /// Largest shard, bytes.
     pub shard_bytes: u64,
@@ -28,14 +28,14 @@ impl DatasetRequest {
     pub const VERSION: u32 = 1;
 }
 
-/// Which scenes are read.
+/// Scenes that are read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DatasetSource {
-    /// Those of a batch.
+    /// Scenes of a batch.
     Batch(BatchId),
     Scenes(Vec<SceneId>),
-    /// Those with this label.
+    /// Scenes with this label.
     Label {
         key: String,
         value: String,

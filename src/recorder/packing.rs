@@ -17,7 +17,7 @@ pub const PART_BYTES: usize = 32 << 20;
 /// Bytes that are read at once.
 const CHUNK_BYTES: usize = 1 << 20;
 
-/// What comes of packing, in this order for each format.
+/// Output of packing, in this order for each format.
 pub enum Packed {
     Begin {
         format: String,

@@ -1,6 +1,6 @@
-//! How a failed attempt ends: by its class, for good or back to the queue with a delay (exponential, full
-//! jitter, so that jobs that failed together do not come back together). What the store could not write
-//! is not the job's fault: it burns no attempt, and waits long.
+//! End of a failed attempt: by its class, for good or back to the queue with a delay (exponential, full jitter, so that
+//! jobs that failed together do not come back together). A failure of the store to write is not the job's fault: it
+//! burns no attempt, and waits long.
 
 use std::io::{self, ErrorKind};
 use std::time::Duration;

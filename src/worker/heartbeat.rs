@@ -13,7 +13,7 @@ use scene::JobId;
 use scene::job::JobState;
 use store::{Lease, Store, StoreError};
 
-/// Why a job's interrupt was raised.
+/// Reason why a job's interrupt was raised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum StopReason {
     Cancelled,

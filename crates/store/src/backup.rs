@@ -40,7 +40,7 @@ pub struct LostBlob {
 pub struct BackupReport {
     /// Blobs that were read and match their digests, or that the backup had already.
     pub intact: Volume,
-    /// Those of them that were copied.
+    /// Blobs among these that were copied.
     pub copied: Volume,
     pub lost: Vec<LostBlob>,
 }

@@ -61,7 +61,7 @@ enum Backend {
     Memory,
     S3 {
         signer: Arc<AmazonS3>,
-        /// How long a redirect to the bucket is valid; `None` = the bytes are streamed.
+        /// Time for which a redirect to the bucket is valid; `None` = the bytes are streamed.
         presign: Option<Duration>,
         /// An existing object of at least this age is written again.
         refresh_after: Duration,

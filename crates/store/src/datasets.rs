@@ -64,17 +64,17 @@ pub struct DatasetRow {
     pub state: DatasetState,
     /// Its newest job: the freeze, or the last verification. `None` for versions that were frozen by earlier releases.
     pub job_id: Option<JobId>,
-    /// What was asked for, as JSON.
+    /// Request of the dataset, as JSON.
     pub request: Value,
     /// Digest of the manifest, as the manifest states it.
     pub digest: Option<String>,
-    /// What the freeze says about the version.
+    /// Summary of the version by the freeze.
     pub summary: Option<Value>,
     pub failure_code: Option<String>,
     pub failure_message: Option<String>,
     /// `queued`, `running` or `finished`; `None` if none was asked for.
     pub verify_state: Option<String>,
-    /// What the last verification found.
+    /// Findings of the last verification.
     pub verification: Option<Value>,
     /// Steps of the work in progress that are done, and all.
     pub steps: (i64, i64),

@@ -32,18 +32,18 @@ pub(crate) const IS_SUSPECT: &str = "shared_deaths + lone_deaths >= 2";
 /// Jobs that the process `$1` holds.
 const HELD: &str = "owner = $1 AND state IN ('running', 'cancelling')";
 
-/// What a process may take.
+/// Work that a process may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Hands {
-    /// It holds nothing, so it may take work that has to run alone.
+    /// Whether it holds nothing, so that it may take work that has to run alone.
     pub(crate) are_empty: bool,
-    /// It holds work that has to run alone, so it may take nothing.
+    /// Whether it holds work that has to run alone, so that it may take nothing.
     pub(crate) are_bound: bool,
-    /// It has reserved work that has to run alone, so it may take no other.
+    /// Whether it has reserved work that has to run alone, so that it may take no other.
     pub(crate) keep_free: bool,
 }
 
-/// What the process may take now.
+/// Work that the process may take now.
 pub(crate) async fn hands(
     connection: &mut AnyConnection,
     owner: &str,
@@ -113,7 +113,7 @@ impl Deaths {
         Ok(Self { shared: before.shared + i64::from(!alone), lone: before.lone + i64::from(alone), alone })
     }
 
-    /// Those of a row with the columns `shared_deaths`, `lone_deaths` and `was_beside`.
+    /// Deaths of a row with the columns `shared_deaths`, `lone_deaths` and `was_beside`.
     pub(crate) fn of(row: &sqlx::any::AnyRow) -> Result<Self, StoreError> {
         Ok(Self {
             shared: row.try_get("shared_deaths")?,
@@ -127,7 +127,7 @@ impl Deaths {
         self.alone && self.lone >= max_deaths
     }
 
-    /// How long the work waits.
+    /// Time that the work waits.
     pub(crate) fn delay_ms(self) -> i64 {
         if self.alone { delay_ms(self.lone) } else { 0 }
     }

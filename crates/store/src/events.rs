@@ -26,13 +26,13 @@ pub struct Event {
     pub data: Value,
 }
 
-/// How far the events of a job are.
+/// Position of the newest event of a job.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EventHead {
     pub job_id: JobId,
     /// Number of the last event; 0 where there is none.
     pub last_seq: i64,
-    /// When it is final, no event follows.
+    /// State of the job; after a final one no event follows.
     pub state: JobState,
 }
 
@@ -129,8 +129,8 @@ impl Store {
         rows.iter().map(|row| event_of(row, "events")).collect()
     }
 
-    /// How far the events of these jobs are, in one query; a job that is not there is left out. At most some hundred
-    /// jobs, since each is a parameter.
+    /// Newest events of these jobs, in one query; a job that is not there is left out. At most some hundred jobs, since
+    /// each is a parameter.
     #[boxed]
     pub async fn event_heads(
         &self,

@@ -25,10 +25,10 @@ use scene::job::JobState;
 /// The durations of so many jobs are averaged.
 const MEASURED_JOBS: i64 = 50;
 
-/// How long a pace serves the outlooks of new jobs.
+/// Time for which a pace serves the outlooks of new jobs.
 const FRESH: Duration = Duration::from_millis(250);
 
-/// What is likely to become of a job; empty where it has ended.
+/// Expected place and end of a job; empty where it has ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outlook {
     /// Place in the queue, 1 is next; `None` unless the job is queued.
@@ -41,7 +41,7 @@ pub struct Outlook {
 #[derive(Debug, Default)]
 pub(crate) struct Paces(Mutex<BTreeMap<TenantId, (Instant, Pace)>>);
 
-/// What the jobs of the store tell about others.
+/// Pace of the store's jobs, by which others are estimated.
 #[derive(Clone, Copy, Debug)]
 struct Pace {
     /// Of the newest jobs that succeeded; `None` before the first.

@@ -14,7 +14,7 @@ pub struct QueueDepth {
     pub queued: i64,
     pub running: i64,
     pub cancelling: i64,
-    /// How long the queued job that waits longest could have been claimed; zero without one.
+    /// Time for which the queued job that waits longest could have been claimed; zero without one.
     pub longest_wait: Duration,
 }
 

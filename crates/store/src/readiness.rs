@@ -38,9 +38,9 @@ pub(super) struct Readiness(Mutex<Verdicts>);
 
 #[derive(Debug, Default)]
 struct Verdicts {
-    /// When all was well the last time.
+    /// Time of the last check that succeeded.
     well: Option<Instant>,
-    /// When a blob was put the last time.
+    /// Time of the last put of a blob.
     blob: Option<Instant>,
 }
 

@@ -77,7 +77,7 @@ pub struct RecordingRow {
     pub tenant_id: TenantId,
     pub scene_id: SceneId,
     pub state: RecordingState,
-    /// What was asked for, as JSON.
+    /// Request of the recording, as JSON.
     pub request: Value,
     /// The blob of the scene's archive.
     pub bundle: Digest,
@@ -93,7 +93,7 @@ pub struct RecordingRow {
     /// Attempts that have an outcome.
     pub made: u64,
     pub successes: u64,
-    /// What came of it, as JSON, once it is ended.
+    /// Result as JSON, once the recording is ended.
     pub summary: Option<Value>,
     pub failure_code: Option<String>,
     pub failure_message: Option<String>,

@@ -42,11 +42,11 @@ pub struct RetentionSettings {
     pub sweep_interval_secs: u64,
     /// Blobs younger than this stay, seconds. It must exceed the longest stage.
     pub grace_secs: u64,
-    /// How long the artifacts and checkpoints of a finished scene stay, hours; 0 = as long as the scene.
+    /// Time that the artifacts and checkpoints of a finished scene stay, hours; 0 = as long as the scene.
     pub intermediate_hours: u64,
-    /// How long the bundle of a quarantined scene stays, hours; 0 = as long as the scene.
+    /// Time that the bundle of a quarantined scene stays, hours; 0 = as long as the scene.
     pub quarantined_hours: u64,
-    /// How long the last rows of a deleted scene stay (its jobs, events and ledger), hours.
+    /// Time that the last rows of a deleted scene stay (its jobs, events and ledger), hours.
     pub deleted_hours: u64,
     /// Most bytes that the artifacts and bundles of one tenant may have together; 0 = no limit.
     pub tenant_quota_bytes: u64,

@@ -39,7 +39,7 @@ pub enum SubmitOutcome {
     Created {
         scene_id: SceneId,
         job_id: JobId,
-        /// What was written, so that an answer need not read it.
+        /// Rows that were written, so that an answer need not read them.
         rows: Box<NewRows>,
     },
     /// The key was used before with the same body; these are the ids of the first submission.

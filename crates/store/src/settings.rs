@@ -15,12 +15,12 @@ pub use postgres::PostgresSettings;
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Where scenes, jobs and checkpoints are kept.
+    /// Database of scenes, jobs and checkpoints.
     pub database: DatabaseAddress,
     /// Sync to disk at every commit and blob. `false` is faster and may lose the latest work if the machine (not only
     /// the process) stops; intended for temporary data directories.
     pub fsync: bool,
-    /// Where blobs are kept.
+    /// Place of blobs.
     pub blobs: BlobPlace,
     /// Number of connections of this process that read the SQLite file (1..=64). More connections serve more API
     /// requests concurrently.
@@ -34,7 +34,7 @@ pub struct Settings {
     pub retention: RetentionSettings,
 }
 
-/// Where blobs are kept.
+/// Place of blobs.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum BlobPlace {

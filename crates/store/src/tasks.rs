@@ -24,7 +24,7 @@ pub struct TaskRow {
 pub enum TaskEnd {
     /// The blob that was fetched.
     Fetched(Digest),
-    /// It ended without a usable result.
+    /// End without a usable result.
     Over,
 }
 

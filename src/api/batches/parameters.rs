@@ -1,4 +1,4 @@
-//! What is stated beside the requests of a batch.
+//! Parameters of a batch beside its requests.
 
 use serde::Deserialize;
 

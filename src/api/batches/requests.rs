@@ -15,7 +15,7 @@ use store::batches::{ItemContent, NewItem};
 /// Largest recipe. It is short, however many requests it makes; its values are in memory together.
 const MAX_RECIPE_BYTES: usize = 2 << 20;
 
-/// What a body is.
+/// Kind of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BodyKind {
     /// One request per line.
@@ -123,7 +123,7 @@ impl Reader<'_> {
         Problem::invalid(vec![FieldError::new("", detail)])
     }
 
-    /// What is stored of a request.
+    /// Stored content of a request.
     fn content(&self, registry: &mut Registry, place: u64, request: BatchRequest) -> ItemContent {
         // What is invalid is no first of its kind.
         if request.body.image.is_some() {

@@ -24,7 +24,7 @@ pub(super) struct BatchView {
     pub(super) links: BatchLinks,
 }
 
-/// When a batch is likely to end.
+/// Expected end of a batch.
 #[derive(Serialize)]
 struct EstimateView {
     scenes_per_hour: f64,

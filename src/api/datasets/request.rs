@@ -45,7 +45,7 @@ pub(super) struct DatasetBody {
     splits: Option<Map<String, Value>>,
     /// Of the assignment to splits.
     seed: u64,
-    /// What scenes of different splits must not share.
+    /// Parts that scenes of different splits must not share.
     disjoint: Option<Vec<String>>,
     shard_mb: Option<u64>,
     shard_scenes: Option<usize>,
@@ -177,7 +177,7 @@ pub(super) async fn check_source(api: &Api, request: &DatasetRequest) -> Result<
     Ok(())
 }
 
-/// What a scene shares with others, as far as its row tells: its parent and its text.
+/// Parts that a scene shares with others, as far as its row has them: its parent and its text.
 fn shareable(scene: &SceneRow) -> Shareable {
     let input = scene.request.get("input").and_then(|input| Input::deserialize(input).ok());
     let text = input.as_ref().and_then(Input::text).map(normalized).filter(|text| !text.is_empty());

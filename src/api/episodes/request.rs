@@ -34,7 +34,7 @@ pub struct EpisodesBody {
     pub max_attempts: Option<u64>,
 }
 
-/// What is recorded.
+/// Recorded data.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RecordBody {
@@ -74,7 +74,7 @@ impl Default for RecordBody {
     }
 }
 
-/// What the store wants to know of an order that will do.
+/// Facts that the store needs about a valid order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CheckedEpisodes {
     /// Episodes that succeed.

@@ -21,7 +21,7 @@ pub(super) struct RecordingView {
     state: &'static str,
     order: Value,
     progress: RecordingProgress,
-    /// How often attempts ended how.
+    /// Number of attempts by outcome.
     attempts: BTreeMap<String, u64>,
     failure: Option<RecordingFailureView>,
     dataset: Option<RecordedDatasetView>,
@@ -37,7 +37,7 @@ struct RecordingFailureView {
     message: String,
 }
 
-/// What was recorded.
+/// Content of the recorded dataset.
 #[derive(Serialize)]
 struct RecordedDatasetView {
     episodes: u64,

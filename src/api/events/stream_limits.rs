@@ -1,4 +1,4 @@
-//! How many event streams are open, in all and per client.
+//! Counts of open event streams, in all and per client.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};

@@ -1,4 +1,4 @@
-//! What events are about: a job, or a recording of episodes.
+//! Subject of events: a job, or a recording of episodes.
 //!
 //! Both have numbered rows in the store, and end; pages and streams know nothing else of them.
 
@@ -11,14 +11,14 @@ use scene::{JobId, RecordingId};
 use store::events::Event;
 use store::{DEFAULT_TENANT, Store, StoreError};
 
-/// What events are about.
+/// Subject of events.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Subject {
     Job(JobId),
     Recording(RecordingId),
 }
 
-/// How far a subject is.
+/// Progress of a subject.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SubjectProgress {
     pub last_seq: i64,
@@ -51,7 +51,7 @@ impl Subject {
         }
     }
 
-    /// How far some hundred subjects are, in one query for each kind; what is not there is left out.
+    /// Progress of some hundred subjects, in one query for each kind; subjects that are not there are left out.
     ///
     /// # Errors
     ///

@@ -5,7 +5,8 @@ use std::net::{IpAddr, Ipv6Addr};
 
 use axum::http::HeaderMap;
 
-/// What one client is known by: an IPv4 address, or the /64 network of an IPv6 address, which one host fills at will.
+/// Address by which one client is known: an IPv4 address, or the /64 network of an IPv6 address, which one host fills
+/// at will.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ClientAddress(IpAddr);
 

@@ -1,4 +1,4 @@
-//! What the server knows of one connection: what it waits for, since when, and how fast its client takes bytes.
+//! State of one connection: what it waits for, since when, and how fast its client takes bytes.
 //!
 //! The stream, the service and the readers of bodies report here; the reaper decides. The rate counts only while the
 //! client is waited for: a response that is produced slowly is not the client's fault.
@@ -22,7 +22,7 @@ pub struct TimeLimits {
     pub min_bytes_per_s: u64,
 }
 
-/// Why the server closes a connection.
+/// Reason why the server closes a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CloseReason {
     HeaderTimeout,
@@ -43,7 +43,7 @@ impl CloseReason {
     }
 }
 
-/// What is awaited from the client.
+/// Input that is awaited from the client.
 #[derive(Clone, Copy, Debug)]
 enum Wait {
     Header,
@@ -131,7 +131,7 @@ impl Connection {
         }
     }
 
-    /// Which limit the connection exceeds.
+    /// Limit that the connection exceeds, if any.
     pub fn overdue(&self, limits: &TimeLimits, now: Instant) -> Option<CloseReason> {
         let mut progress = self.lock();
         let waited = now.saturating_duration_since(progress.since);
@@ -155,7 +155,7 @@ impl Connection {
         None
     }
 
-    /// How long the client has been waited for; `None` while the server itself is at work.
+    /// Time for which the client has been waited for; `None` while the server itself is at work.
     pub fn waited(&self, now: Instant) -> Option<Duration> {
         let progress = self.lock();
         let since = match progress.wait {

@@ -48,7 +48,7 @@ impl Limits {
     }
 }
 
-/// Why a connection got no slot.
+/// Reason why a connection got no slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Full {
     Server,

@@ -26,7 +26,7 @@ pub fn raise() -> u64 {
     }
 }
 
-/// How many connections fit under a limit of open files: a download needs two, its socket and its file.
+/// Number of connections that fit under a limit of open files: a download needs two, its socket and its file.
 pub fn connections_within(open_files: u64) -> usize {
     let pairs = open_files.saturating_sub(RESERVED.min(open_files / 2)) / 2;
     usize::try_from(pairs).unwrap_or(usize::MAX).max(1)

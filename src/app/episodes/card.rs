@@ -4,12 +4,12 @@ use crate::config::Resolved;
 use demonstrations::Setup;
 use episodes::card::DatasetCard;
 
-/// What no randomization varies.
+/// Properties that no randomization varies.
 const ONE_OF_EACH: &str = "\
 The robot's base stands at one place in all episodes of a task. Grasps come from one list for each task, the best that the \
 arm can reach is taken, and mostly it is the same in all episodes: a policy that is trained on them knows no other.";
 
-/// What the card of a dataset states besides what is in it.
+/// Statements of a dataset's card besides its content.
 pub fn card(title: String, resolved: &Resolved, setup: &Setup) -> DatasetCard {
     DatasetCard {
         title,

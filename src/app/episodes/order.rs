@@ -1,4 +1,4 @@
-//! What is ordered: which tasks, how often, what varies, what is recorded.
+//! Order of episodes: the tasks, their number, the variation, and the recorded data.
 
 use crate::api::error::{FieldError, Problem};
 use crate::app::executions::TaskSource;
@@ -14,7 +14,7 @@ pub const MAX_FPS: u32 = 100;
 /// An order of demonstrations.
 #[derive(Clone, Debug)]
 pub struct EpisodesOrder {
-    /// They take turns.
+    /// Tasks that take turns.
     pub tasks: Vec<TaskSource>,
     pub robot: String,
     /// Episodes that succeed.

@@ -15,17 +15,17 @@ use demonstrations::{Setup, attempt};
 use episodes::card::{DatasetCard, DatasetSummary};
 use episodes::{DatasetAssembler, EpisodeError, EpisodeUnit};
 
-/// How the recording of an order goes.
+/// Progress of the recording of an order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     pub attempts: u64,
     pub successes: u64,
 }
 
-/// What was recorded. The dataset lies with its attempts until it has its place.
+/// Recorded dataset. It lies with its attempts until it has its place.
 pub struct Recorded {
     pub summary: DatasetSummary,
-    /// How often attempts ended how, by `success` or reason.
+    /// Number of attempts by outcome, `success` or reason.
     pub attempts: BTreeMap<String, u64>,
     units: UnitFolder,
 }
@@ -46,7 +46,7 @@ impl Recorded {
     }
 }
 
-/// How much is wanted.
+/// Wanted amount.
 #[derive(Clone, Copy, Debug)]
 pub struct Amount {
     /// Episodes that succeed.
@@ -56,7 +56,7 @@ pub struct Amount {
     pub workers: usize,
 }
 
-/// Why there is no dataset.
+/// Reason why there is no dataset.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     #[error("stopped; {kept} attempts are kept in {folder}: the same command goes on")]

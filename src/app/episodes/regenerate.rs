@@ -20,7 +20,7 @@ pub struct RecordedEpisode {
     pub episode_index: u64,
     pub number: u64,
     pub success: bool,
-    /// Those of the dataset: what is encoded depends on them.
+    /// Formats of the dataset: its encodings depend on them.
     pub formats: Vec<String>,
     /// Of the unit that the episode was assembled from.
     pub digest: String,

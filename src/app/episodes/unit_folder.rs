@@ -14,12 +14,12 @@ use demonstrations::Attempted;
 const ORDER: &str = "order.json";
 const DATASET: &str = "dataset";
 
-/// What became of an attempt.
+/// Result of an attempt.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AttemptOutcome {
     /// `success`, or the reason of the failure.
     pub outcome: String,
-    /// What happened, in words.
+    /// Details of the outcome, for people.
     pub detail: String,
     /// Whether there is an episode of it.
     pub is_recorded: bool,

@@ -58,7 +58,7 @@ pub fn video(archive: &[u8], executed: &Executed) -> Result<Vec<u8>, Problem> {
     encoder.finish().map_err(made)
 }
 
-/// What is shown.
+/// Content of the images.
 struct Stage<'a> {
     links: Vec<TexturedMesh>,
     /// From the floor to the base, beside the table; empty on it.

@@ -1,4 +1,4 @@
-//! How far batches are: requests by state, pace and money, from the rows of the items.
+//! Progress of batches: requests by state, pace and money, from the rows of the items.
 //!
 //! Items in the queue are pending or running until they are settled, so counts agree with the results that are listed.
 
@@ -16,7 +16,7 @@ use scene::{BatchId, MicroUsd};
 /// The pace is that of so many requests that ended last.
 const MEASURED_ITEMS: i64 = 50;
 
-/// How far a batch is.
+/// Progress of a batch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BatchAccount {
     pub counts: RequestCounts,
@@ -44,7 +44,7 @@ impl Store {
         self.readers.within_limit(read).await
     }
 
-    /// How many requests are in each state.
+    /// Number of requests in each state.
     #[boxed]
     pub async fn batch_counts(&self, id: &BatchId) -> Result<RequestCounts, StoreError> {
         let read = async { counts_of(&mut *self.readers.acquire().await?, &[id.as_str()]).await };

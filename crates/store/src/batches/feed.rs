@@ -26,7 +26,7 @@ pub struct FeedRules {
     pub counts_money: bool,
 }
 
-/// What one transaction did.
+/// Result of one transaction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fed {
     /// Items that were put into the queue.
@@ -178,7 +178,7 @@ async fn refill(
     Ok(())
 }
 
-/// How many further jobs the queue takes from batches: up to half of its limits.
+/// Number of further jobs that the queue takes from batches: up to half of its limits.
 async fn queue_room(
     connection: &mut AnyConnection,
     batch: &BatchRow,

@@ -9,7 +9,7 @@ use crate::boxed;
 use crate::{Store, StoreError};
 use scene::BatchId;
 
-/// Which results.
+/// Kind of results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputKind {
     /// Of requests with a scene, their own or that of the request which they duplicate.

@@ -41,7 +41,7 @@ pub struct NewItem {
     pub content: ItemContent,
 }
 
-/// What an item asks for, or why it is not computed.
+/// Request of an item, or the reason why it is not computed.
 #[derive(Clone, Debug)]
 pub enum ItemContent {
     Request {

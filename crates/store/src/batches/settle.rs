@@ -9,7 +9,7 @@ use crate::StoreError;
 use scene::BatchId;
 use scene::job::{JobState, SceneState};
 
-/// What is written about an item that has ended.
+/// Final state of an item, as it is written.
 struct Settlement {
     state: RequestState,
     error: Option<OutputError>,
@@ -73,7 +73,7 @@ pub(super) async fn settle(
     Ok(rows.len() as u64)
 }
 
-/// What became of an item, by the rows of its scene and its job.
+/// Final state of an item, by the rows of its scene and its job.
 fn settlement(row: &AnyRow) -> Result<Settlement, StoreError> {
     let text = |column: &str| row.try_get::<Option<String>, _>(column);
     let scene_state = text("scene_state")?;

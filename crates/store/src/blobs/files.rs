@@ -1,4 +1,4 @@
-//! What only blobs in files need: the lock between sweeps and backups, and the removal of unfinished puts.
+//! Operations on blobs in files alone: the lock between sweeps and backups, and the removal of unfinished puts.
 //!
 //! A put whose process ended leaves a file `<digest>#<number>`. `object_store` writes such a file and renames it; it
 //! never lists one.

@@ -45,7 +45,7 @@ pub struct S3Settings {
     pub timeout_secs: u64,
     /// No further try begins after this time, seconds. More outlasts longer faults.
     pub retry_secs: u64,
-    /// How long redirects of downloads to the bucket are valid, seconds; 0 = the service sends the bytes itself.
+    /// Time for which redirects of downloads to the bucket are valid, seconds; 0 = the service sends the bytes itself.
     pub presign_secs: u64,
 }
 

@@ -35,7 +35,7 @@ async fn read(blobs: &Blobs, digest: &Digest, range: Option<std::ops::Range<u64>
     Some(chunks.try_collect::<Vec<Bytes>>().await.expect("reads").concat())
 }
 
-/// What every place of blobs does.
+/// Checks that hold for every place of blobs.
 async fn suite(blobs: &Blobs) {
     let digest = blobs.put(&b"hello table"[..]).await.expect("puts");
     assert_eq!(digest, Digest::of(b"hello table"));
@@ -95,7 +95,7 @@ async fn sweep_suite(blobs: &Blobs) {
     assert!(blobs.contains(&kept).await.expect("answers"));
 }
 
-/// What every place does whose bytes others can change.
+/// Checks that hold for every place whose bytes others can change.
 async fn damage_suite(blobs: &Blobs) {
     for size in [11, (1 << 20) + 5] {
         let bytes = bytes_of(size);

@@ -11,7 +11,7 @@ use object_store::ObjectMeta;
 
 use super::Digest;
 
-/// How long a verification counts.
+/// Time for which a verification counts.
 const LIFETIME: Duration = Duration::from_secs(3600);
 /// Largest number of entries; one takes about 250 bytes.
 const MAX_ENTRIES: usize = 100_000;

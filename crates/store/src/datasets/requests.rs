@@ -18,7 +18,7 @@ use scene::{DatasetId, JobId, TenantId};
 pub struct NewDataset {
     pub tenant_id: TenantId,
     pub name: String,
-    /// What is asked for, as JSON.
+    /// Request of the dataset, as JSON.
     pub request: Value,
     pub idempotency_key: Option<String>,
     pub body_digest: Digest,
@@ -37,7 +37,7 @@ pub enum SubmitDatasetOutcome {
 /// Result of a request to verify a version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VerifyOutcome {
-    /// It waits, or is under way already.
+    /// Verification that waits, or that is under way already.
     Accepted,
     /// There is no version to verify.
     NotFrozen(DatasetState),

@@ -1,4 +1,4 @@
-//! What becomes of a job whose lease has run out, or whose deadline has passed while it waited.
+//! Treatment of jobs whose lease has run out, or whose deadline has passed while they waited.
 //!
 //! Whom a death is blamed on stands in [`crate::deaths`]; a job that its process died over too often fails with the
 //! code `worker_crashed` and a diagnosis.

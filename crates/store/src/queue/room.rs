@@ -13,7 +13,7 @@ use crate::StoreError;
 use crate::readers::Readers;
 use scene::TenantId;
 
-/// How long a count is used.
+/// Time for which a count is used.
 const FRESH: Duration = Duration::from_millis(250);
 
 /// Window over which the pace of the queue is measured, seconds.

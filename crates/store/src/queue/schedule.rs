@@ -1,4 +1,4 @@
-//! When and in which order a job runs.
+//! Time and order in which jobs run.
 //!
 //! A tenant's jobs run in the order of their rank: the time of submission, or `not_before` if that is later, moved
 //! earlier by `priority_step_secs` for each step of priority. Ranks never change, so a waiting job overtakes every
@@ -19,13 +19,13 @@ pub struct Settings {
     pub max_jobs: i64,
     /// Of them, jobs of one tenant (1..=10,000,000).
     pub max_jobs_per_tenant: i64,
-    /// How much earlier a job of priority 1 counts as submitted, seconds.
+    /// Time by which a job of priority 1 counts as submitted earlier, seconds.
     pub priority_step_secs: i64,
     /// Time from the submission to the deadline of jobs whose request names none, seconds.
     pub deadline_secs: i64,
 }
 
-/// When a new job runs, and in which queue. Times are milliseconds since 1970.
+/// Start of a new job, and its queue. Times are milliseconds since 1970.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schedule {
     pub queue: Settings,
@@ -74,7 +74,7 @@ impl Schedule {
 }
 
 impl QueueColumns {
-    /// Those of a new scene's first job; without a schedule it is for now and has no deadline.
+    /// Columns of a new scene's first job; without a schedule it is for now and has no deadline.
     pub(crate) fn of_new(schedule: Option<&Schedule>, request: &Value, now_ms: i64) -> Self {
         let request_version = request["version"].as_i64().unwrap_or(1);
         let for_now =
@@ -82,7 +82,7 @@ impl QueueColumns {
         schedule.map_or(for_now, |schedule| schedule.columns(request_version, now_ms))
     }
 
-    /// Those of a job that repeats another one: the same priority, and as much time as that one had.
+    /// Columns of a job that repeats another one: the same priority, and as much time as that one had.
     pub(crate) async fn of_retry(
         connection: &mut AnyConnection,
         retried: &JobId,

@@ -1,4 +1,4 @@
-//! Whose turn it is: the next job that a worker may claim.
+//! Choice of the next job that a worker may claim.
 //!
 //! Tenants take turns: the one with the fewest active jobs comes first, then the one that was served the longest time
 //! ago. Within a tenant, ranks decide (see `schedule`). Jobs whose kind or request version this program does not know

@@ -1,4 +1,4 @@
-//! What came of attempts. They are the checkpoints of a recording: each is kept as soon as it is made.
+//! Results of attempts. They are the checkpoints of a recording: each is kept as soon as it is made.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,8 @@ use scene::{JobId, RecordingId};
 
 /// The outcome of an attempt that succeeded.
 pub(super) const SUCCESS: &str = "success";
-/// How often all attempts are dropped because a process with another identity takes over; more is a dispute.
+/// Maximum number of times that all attempts are dropped because a process with another identity takes over; more is a
+/// dispute.
 const MAX_RESTARTS: i64 = 3;
 
 /// An attempt to be made.
@@ -31,7 +32,7 @@ pub struct AttemptWork {
 pub struct MadeAttempt {
     /// `success`, or the reason of the failure.
     pub outcome: String,
-    /// What happened, in words.
+    /// Details of the outcome, for people.
     pub detail: String,
     /// The blob of the episode, if there is one.
     pub unit: Option<Digest>,
@@ -117,7 +118,7 @@ impl Store {
         kept.collect()
     }
 
-    /// How often attempts of a recording ended how so far. The caller checks the tenant.
+    /// Number of attempts of a recording by outcome, so far. The caller checks the tenant.
     #[boxed]
     pub async fn attempt_outcomes(&self, id: &RecordingId) -> Result<BTreeMap<String, u64>, StoreError> {
         let rows = sqlx::query(OUTCOMES).bind(id.as_str()).fetch_all(&self.readers).await?;

@@ -19,7 +19,7 @@ pub struct RecordingArchive {
     pub digest: Option<Digest>,
     /// Bytes.
     pub size: u64,
-    /// How many files are in it.
+    /// Number of files in it.
     pub files: u64,
     pub parts: Vec<ArchivePart>,
 }

@@ -14,12 +14,12 @@ use crate::events::{Event, event_of, rows_of_ids};
 use crate::{Store, StoreError, database};
 use scene::{RecordingId, TenantId};
 
-/// What an event tells of.
+/// Subject of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordingEventKind {
     /// The recording waits for a process.
     Queued,
-    /// Its first attempt has begun.
+    /// Begin of the first attempt.
     Running,
     /// An attempt is finished.
     Attempt,
@@ -62,13 +62,13 @@ impl RecordingEventKind {
     }
 }
 
-/// How far the events of a recording are.
+/// Position of the newest event of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordingEventHead {
     pub id: RecordingId,
     /// Number of the last event; 0 where there is none.
     pub last_seq: i64,
-    /// When it is final, no event follows.
+    /// State of the recording; after a final one no event follows.
     pub state: RecordingState,
 }
 
@@ -141,8 +141,8 @@ impl Store {
         rows.iter().map(|row| event_of(row, "recording_events")).collect()
     }
 
-    /// How far the events of these recordings are, in one query; a recording that is not there is left out. At most
-    /// some hundred recordings, since each is a parameter.
+    /// Newest events of these recordings, in one query; a recording that is not there is left out. At most some hundred
+    /// recordings, since each is a parameter.
     #[boxed]
     pub async fn recording_event_heads(
         &self,

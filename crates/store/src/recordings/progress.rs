@@ -1,4 +1,4 @@
-//! How far a recording is, and how long the rest takes at the pace of its last attempts.
+//! Progress of a recording, and the time that the rest takes at the pace of its last attempts.
 
 use serde::Serialize;
 use sqlx::{AnyConnection, Row};
@@ -11,10 +11,10 @@ use crate::{Store, StoreError};
 /// Attempts that the pace is read from.
 const PACE_ATTEMPTS: i64 = 64;
 
-/// How far a recording is.
+/// Progress of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordingProgress {
-    /// That have an outcome.
+    /// Attempts that have an outcome.
     pub attempts: u64,
     pub max_attempts: u64,
     /// Also those beyond what is wanted.
@@ -26,16 +26,16 @@ pub struct RecordingProgress {
     pub seconds_left: Option<f64>,
 }
 
-/// How fast attempts are made at present.
+/// Present pace of attempts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct AttemptPace {
     successes: u64,
-    /// They took this time together, milliseconds.
+    /// Time that they took together, milliseconds.
     duration_ms: i64,
 }
 
 impl Store {
-    /// How far a recording is. It reads a bounded number of attempts. The caller checks the tenant.
+    /// Progress of a recording. It reads a bounded number of attempts. The caller checks the tenant.
     #[boxed]
     pub async fn recording_progress(
         &self,
@@ -46,7 +46,7 @@ impl Store {
     }
 }
 
-/// How far a recording is.
+/// Progress of a recording.
 pub(super) async fn progress(
     connection: &mut AnyConnection,
     recording: &RecordingRow,

@@ -17,7 +17,7 @@ use scene::{RecordingId, SceneId, TenantId};
 pub struct NewRecording {
     pub tenant_id: TenantId,
     pub scene_id: SceneId,
-    /// What is asked for, as JSON.
+    /// Request of the recording, as JSON.
     pub request: Value,
     /// The blob of the scene's archive.
     pub bundle: Digest,
@@ -41,9 +41,9 @@ pub enum SubmitRecordingOutcome {
 /// Result of a cancellation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CancelRecordingOutcome {
-    /// It is cancelled.
+    /// Recording that is cancelled now.
     Accepted,
-    /// It had ended already.
+    /// Recording that had ended already.
     TooLate(RecordingState),
     NotFound,
 }

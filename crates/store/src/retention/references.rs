@@ -11,7 +11,7 @@ use super::{Digest, StoreError};
 /// Rows of one query.
 const PAGE_ROWS: i64 = 1000;
 
-/// What a blob is for.
+/// Purpose of a blob.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ReferenceKind {

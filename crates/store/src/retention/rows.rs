@@ -257,10 +257,10 @@ impl Selection {
     }
 }
 
-/// What a scene loses.
+/// Removal from a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Treatment {
-    /// It becomes a deleted scene.
+    /// Change to a deleted scene.
     Delete,
     /// Artifacts, checkpoints, archives of single formats; the bundle too if it is deleted.
     Strip,

@@ -18,9 +18,9 @@ use crate::boxed;
 use scene::TenantId;
 
 const MAX_AGE: Duration = Duration::from_secs(30);
-/// How many times longer than its computation a sum is used.
+/// Time that a sum is used, as a multiple of the time of its computation.
 const MIN_REST: u32 = 20;
-/// How long the first submissions of a tenant wait for its first sum; small tenants are summed within it.
+/// Time that the first submissions of a tenant wait for its first sum; small tenants are summed within it.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Bytes of the artifacts and bundles of a tenant's scenes; a blob counts once.

@@ -1,4 +1,4 @@
-//! Whose turn it is: ranks, tenants, times, request versions, pauses, and room in the queue.
+//! Order of claims: ranks, tenants, times, request versions, pauses, and room in the queue.
 
 use super::*;
 use crate::queue::{AttemptOutcome, Schedule};

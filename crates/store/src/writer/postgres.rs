@@ -16,7 +16,7 @@ use crate::outage::{Health, Part};
 use crate::readers::no_answer;
 use crate::settings::Limits;
 
-/// How often a transaction that collides runs at most.
+/// Maximum number of runs of a transaction that collides.
 const MAX_RUNS: u32 = 10;
 
 /// Handle on the pool; cloning shares it.

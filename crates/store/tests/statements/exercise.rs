@@ -402,7 +402,7 @@ async fn recordings(store: &Store, scene: &SceneId) {
     }
 }
 
-/// What operators, probes and monitors ask.
+/// Statements of operators, probes and monitors.
 async fn operators(store: &Store) {
     store.set_paused(true, "test").await.unwrap();
     store.queue_status().await.unwrap();

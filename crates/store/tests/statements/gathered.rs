@@ -7,7 +7,7 @@ use tracing::field::{Field, Visit};
 use tracing::span::{Attributes, Id, Record};
 use tracing::{Event, Metadata, Subscriber};
 
-/// Where the driver tells of statements.
+/// Target of the driver's log of statements.
 const TARGET: &str = "sqlx::query";
 
 static STATEMENTS: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
@@ -17,7 +17,7 @@ pub fn begin() {
     tracing::subscriber::set_global_default(Gatherer).expect("one test of the process gathers");
 }
 
-/// What was gathered since the last call.
+/// Statements gathered since the last call.
 pub fn take() -> BTreeSet<String> {
     std::mem::take(&mut *STATEMENTS.lock().unwrap_or_else(PoisonError::into_inner))
 }
