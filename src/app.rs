@@ -48,14 +48,14 @@ pub enum AppError {
     #[error("cannot listen on {address}; choose another with --listen (port 0 takes a free one)")]
     Listen { address: String, source: std::io::Error },
     #[error(
-        "refusing to listen on {address}: clients are not authenticated, so whoever reaches this address could submit, \
+        "refusing to listen on {address}: clients are not authenticated, so everyone who reaches this address could submit, \
          read and delete scenes; listen on a loopback address such as 127.0.0.1:8080, or let a reverse proxy \
          authenticate clients and give --allow-unauthenticated (server.allow_unauthenticated = true)"
     )]
     OpenToOthers { address: String },
     #[error("cannot start the CPU pool of {threads} threads; set worker.cpu_threads to fewer")]
     CpuPool { threads: usize, source: rayon::ThreadPoolBuildError },
-    #[error("the worker ended although nobody asked it to: {reason}")]
+    #[error("the worker ended without a request to stop: {reason}")]
     WorkerEnded { reason: String },
 }
 

@@ -84,7 +84,11 @@ pub const METRICS: &[Metric] = &[
         &["state"],
         "Duration of attempts, from claim to recorded outcome",
     ),
-    counter("tabletopgen_claims_total", &["outcome"], "Looks at the queue: claimed, empty or failed"),
+    counter(
+        "tabletopgen_claims_total",
+        &["outcome"],
+        "Queries for work in the queue: claimed, empty or failed",
+    ),
     counter("tabletopgen_lease_losses_total", &[], "Leases that were lost while the worker was at the job"),
     gauge("tabletopgen_worker_slots", &["kind"], "Jobs that the process works on at most at the same time"),
     gauge("tabletopgen_worker_slots_used", &["kind"], "Jobs that the process works on"),

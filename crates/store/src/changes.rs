@@ -121,7 +121,7 @@ async fn tell(readers: Readers, ticks: Arc<Ticks>, process: String, change: Chan
         let notified =
             sqlx::query("SELECT pg_notify($1, $2)").bind(CHANNEL).bind(&payload).execute(&readers).await;
         if let Err(error) = notified {
-            tracing::debug!(%error, "other processes were not told about a change; they poll");
+            tracing::debug!(%error, "other processes got no notice of a change; they poll");
         }
         tokio::time::sleep(INTERVAL).await;
     }

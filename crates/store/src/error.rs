@@ -19,7 +19,7 @@ pub enum StoreError {
     #[error("cannot use data directory {path}; check that it exists and may be written")]
     DataDir { path: PathBuf, source: std::io::Error },
     #[error(
-        "there is no database of tabletopgen in {place} (looked for {expected}); check --data-dir and store.database, or \
+        "there is no database of tabletopgen in {place} (expected {expected}); check --data-dir and store.database, or \
          create one with `tabletopgen serve` or `tabletopgen migrate --create`"
     )]
     NoDatabase { place: String, expected: &'static str },

@@ -126,7 +126,7 @@ fn worker_crashed(lone_deaths: i64, stages: &Value) -> Failure {
         code: "worker_crashed".into(),
         message: format!(
             "the worker died {lone_deaths} times while it ran this job alone, last in {place}; the job's last event has \
-             the details. Look at the worker's log and memory, then retry the job"
+             the details. Read the worker's log and check its memory, then retry the job"
         ),
     }
 }
