@@ -1,9 +1,9 @@
 //! Freezing datasets and verifying their versions: the work of the jobs `freeze_dataset` and `verify_dataset`.
 //!
-//! Bundles are copied from the blobs into a work folder ([`sources`]), frozen there by `datasets::freeze`, and the files
-//! of the version become blobs ([`versions`]). After a death of the process the work begins again; in the same data
-//! directory it goes on where it was, as an interrupted freeze does. Disk: the bundles and the shards together, until the
-//! work is done.
+//! Bundles are copied from the blobs into a work folder ([`sources`]), frozen there by `datasets::freeze`, and the
+//! files of the version become blobs ([`versions`]). After a death of the process the work begins again; in the same
+//! data directory it goes on where it was, as an interrupted freeze does. Disk: the bundles and the shards together,
+//! until the work is done.
 
 mod request;
 mod sources;

@@ -126,7 +126,7 @@ impl Worker {
             metrics::gauge!("tabletopgen_worker_slots", "kind" => label(&*known.work)).set(slots);
         }
         let attempts = TaskTracker::new();
-        // Told when a slot becomes free.
+        // Notified when a slot becomes free.
         let freed = Arc::new(Notify::new());
         let mut failed_claims = 0;
         loop {

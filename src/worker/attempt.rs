@@ -84,8 +84,8 @@ impl JobAttempt {
         }
     }
 
-    /// Writes the outcome down; the job's state then, `None` if it is not this worker's to say. A store that does not answer is tried a few times; then the lease runs
-    /// out and another worker continues from the last checkpoint.
+    /// Writes the outcome down; the job's state then, `None` if it is not this worker's to say. A store that does not
+    /// answer is tried a few times; then the lease runs out and another worker continues from the last checkpoint.
     async fn finish(&self, lease: &Lease, outcome: AttemptOutcome, started: Instant) -> Option<JobState> {
         for pause_ms in [100, 1000, 5000] {
             match self.store.finish(lease, outcome.clone()).await {

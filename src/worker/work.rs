@@ -1,7 +1,7 @@
 //! The one interface between the worker and what it works on: a `Work` carries out the jobs of some kinds.
 //!
-//! The worker owns everything that is the same for all kinds (claims, leases, heartbeats, cancellation, deadlines, retries,
-//! draining, panics); an implementation owns the work alone.
+//! The worker owns everything that is the same for all kinds (claims, leases, heartbeats, cancellation, deadlines,
+//! retries, draining, panics); an implementation owns the work alone.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ pub trait Work: Send + Sync {
     fn ended(&self, _work: &ClaimedWork) {}
 }
 
-/// Time between two looks at whether an attempt is to stop.
+/// Interval of the checks whether an attempt is to stop.
 const TICK: Duration = Duration::from_millis(100);
 
 /// One attempt at a job.

@@ -62,7 +62,7 @@ pub struct DatasetRow {
     /// Once frozen.
     pub version: Option<i64>,
     pub state: DatasetState,
-    /// Its newest job: the freeze, or the last verification. `None` for versions that were frozen by earlier releases.
+    /// The newest job: the freeze, or the last verification. `None` for versions that were frozen by earlier releases.
     pub job_id: Option<JobId>,
     /// Request of the dataset, as JSON.
     pub request: Value,

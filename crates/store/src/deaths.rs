@@ -98,8 +98,8 @@ pub(crate) struct Deaths {
 }
 
 impl Deaths {
-    /// Counts the death of the process `owner`, which held this job. Its other jobs, whose leases may run out later, are
-    /// marked.
+    /// Counts the death of the process `owner`, which held this job. Its other jobs, whose leases may run out later,
+    /// are marked.
     pub(crate) async fn count(
         connection: &mut AnyConnection,
         before: Self,

@@ -171,7 +171,8 @@ impl Store {
         Ok(JobState::ALL.into_iter().map(|state| (state, count_of(state))).collect())
     }
 
-    /// Creates a new job for the scene or the dataset of an ended job. Finished stages are reused, except from `from_stage` on.
+    /// Creates a new job for the scene or the dataset of an ended job. Finished stages are reused, except from
+    /// `from_stage` on.
     #[boxed]
     pub async fn retry(
         &self,

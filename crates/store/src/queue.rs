@@ -56,7 +56,7 @@ pub enum AttemptOutcome {
     Built(Box<BuiltScene>),
     /// The version of a dataset is frozen.
     Frozen(FrozenVersion),
-    /// What the verification of a version found, as JSON.
+    /// The findings of the verification of a version, as JSON.
     Verified(Value),
     /// An attempt of a recording is made, with success or without.
     Attempted(MadeAttempt),

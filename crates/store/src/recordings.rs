@@ -1,10 +1,10 @@
 //! Recordings: demonstrations of tasks in a finished scene, recorded in the background as a dataset.
 //!
-//! A row is one order with its request, which the store does not interpret. Its attempts are numbered, and each is a job
-//! (see [`crate::queue`]) whose result is kept ([`attempts`]), so that any number of processes work on one recording and
-//! none loses more than the attempts that it was making. When enough have succeeded and none is being made, one more job
-//! assembles the dataset ([`dataset`]). Which jobs there are is decided in [`schedule`]; they are dropped with the attempts
-//! when the recording ends. Events state what happens ([`events`]), and stay.
+//! A row is one order with its request, which the store does not interpret. Its attempts are numbered, and each is a
+//! job (see [`crate::queue`]) whose result is kept ([`attempts`]), so that any number of processes work on one
+//! recording and none loses more than the attempts that it was making. When enough have succeeded and none is being
+//! made, one more job assembles the dataset ([`dataset`]). Which jobs there are is decided in [`schedule`]; they are
+//! dropped with the attempts when the recording ends. Events state what happens ([`events`]), and stay.
 
 mod attempts;
 mod schedule;
@@ -86,7 +86,7 @@ pub struct RecordingRow {
     pub max_attempts: u64,
     /// Of everything that attempts depend on, once a process knows it.
     pub identity: Option<String>,
-    /// How often all attempts were dropped for another identity.
+    /// Number of times that all attempts were dropped for another identity.
     pub restarts: i64,
     /// Attempts that were enqueued: the number of the next one.
     pub begun: u64,

@@ -18,7 +18,7 @@ use scene::{JobId, TenantId};
 pub enum StageStart {
     /// The job has the key and computes.
     Granted,
-    /// This job computes the key at present.
+    /// The job that computes the key at present.
     ComputedBy(JobId),
 }
 

@@ -1,5 +1,5 @@
-//! What becomes of a dataset while its job runs, and when that ends. Each function is a part of the transaction that
-//! changes the job.
+//! Changes of a dataset while its job runs, and when that ends. Each function is a part of the transaction that changes
+//! the job.
 
 use serde_json::Value;
 use sqlx::AnyConnection;
@@ -93,7 +93,8 @@ pub(crate) async fn record_verification(
     Ok(())
 }
 
-/// Ends the dataset of a failed or cancelled job: a freeze leaves no version, a verification leaves the version as it was.
+/// Ends the dataset of a failed or cancelled job: a freeze leaves no version, a verification leaves the version as it
+/// was.
 pub(crate) async fn fail(
     connection: &mut AnyConnection,
     id: &DatasetId,

@@ -37,9 +37,9 @@ pub struct QueueStatus {
 /// Jobs of one sort.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BackgroundWork {
-    /// That no worker holds.
+    /// Jobs that no worker holds.
     pub queued: i64,
-    /// That a worker holds.
+    /// Jobs that a worker holds.
     pub active: i64,
 }
 

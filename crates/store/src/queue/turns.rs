@@ -19,7 +19,7 @@ use scene::{JobId, SceneRequest};
 pub enum Scope {
     /// Jobs of these kinds, in their turn.
     Kinds(Vec<JobKind>),
-    /// This job, whatever its turn, and also while claiming is paused.
+    /// One job, whatever its turn, and also while claiming is paused.
     Job(JobId),
 }
 

@@ -67,9 +67,9 @@ impl MadeAttempt {
 pub enum Begun {
     /// The attempts so far are of the same identity.
     Agreed,
-    /// They were of another, and are made again.
+    /// The attempts so far were of another identity, and are made again.
     Restarted,
-    /// They were of another too often: the attempts of different processes will never agree.
+    /// The identity changed too often: the attempts of different processes will never agree.
     Disputed,
 }
 

@@ -1,5 +1,5 @@
-//! The end of a recording: with a dataset, with a failure, or cancelled. Its attempts and its other jobs are dropped; its
-//! events stay.
+//! The end of a recording: with a dataset, with a failure, or cancelled. Its attempts and its other jobs are dropped;
+//! its events stay.
 
 use serde_json::{Map, Value, json};
 use sqlx::AnyConnection;

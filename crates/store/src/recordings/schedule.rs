@@ -83,8 +83,8 @@ pub(super) async fn enqueue_missing(
         recording.begun -= drop_surplus(connection, id).await?;
     }
     let first = recording.begun;
-    let most = (OPEN_PER_MISSING * missing).min(MAX_OPEN);
-    while recording.begun < recording.max_attempts && recording.begun - recording.made < most {
+    let limit = (OPEN_PER_MISSING * missing).min(MAX_OPEN);
+    while recording.begun < recording.max_attempts && recording.begun - recording.made < limit {
         enqueue_attempt(connection, &recording, recording.begun, now_ms).await?;
         recording.begun += 1;
     }
@@ -120,7 +120,7 @@ fn new_job(recording: &RecordingRow, kind: JobKind, number: Option<u64>) -> NewJ
     NewJob::new(&recording.tenant_id, kind, JobSubject::Recording(&recording.id, number), columns)
 }
 
-/// Drops the attempts that nobody has begun and that no later attempt follows; how many.
+/// Drops the attempts that no worker has begun and that no later attempt follows. Returns their number.
 async fn drop_surplus(connection: &mut AnyConnection, id: &RecordingId) -> Result<u64, StoreError> {
     const SURPLUS: &str = "SELECT id FROM jobs
         WHERE recording_id = $1 AND kind = 'record_attempt' AND state = 'queued' AND epoch = 0
@@ -135,7 +135,7 @@ async fn drop_surplus(connection: &mut AnyConnection, id: &RecordingId) -> Resul
     Ok(surplus.len() as u64)
 }
 
-/// Drops the jobs of a recording but one, with their events: whoever holds one loses its lease.
+/// Drops the jobs of a recording but one, with their events: a worker that holds one loses its lease.
 pub(super) async fn drop_jobs(
     connection: &mut AnyConnection,
     id: &RecordingId,
