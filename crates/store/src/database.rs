@@ -17,8 +17,8 @@ use super::readers::{Readers, no_answer};
 use super::{DatabaseAddress, Intent, Settings, StoreError};
 use scene::id::InvalidId;
 
-static SQLITE_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/sqlite");
-static POSTGRES_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/postgres");
+pub(super) static SQLITE_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/sqlite");
+pub(super) static POSTGRES_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/postgres");
 
 /// A connection that rested longer is tested before its next use; a test costs a round trip.
 const UNTESTED: Duration = Duration::from_secs(1);

@@ -21,6 +21,7 @@ mod stages;
 mod wake_ups;
 mod frozen;
 mod limits;
+mod upgrade;
 
 use std::collections::BTreeMap;
 use std::time::Duration;
