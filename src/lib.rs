@@ -36,4 +36,5 @@ pub mod pipeline;
 pub mod freezer;
 
 // 5. Robots do tasks in them, and their demonstrations become a dataset.
+pub mod executor;
 pub mod recorder;

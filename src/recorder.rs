@@ -214,10 +214,7 @@ impl Work for Recorder {
 
     /// One for each thread that computes: an attempt keeps one busy.
     fn slots(&self, settings: &Settings) -> usize {
-        match settings.cpu_threads {
-            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-            threads => threads,
-        }
+        settings.threads()
     }
 
     fn run(self: Arc<Self>, attempt: WorkAttempt) -> BoxFuture<'static, Result<AttemptOutcome, StageError>> {

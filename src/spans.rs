@@ -83,6 +83,7 @@ pub fn job(claim: &Claim) -> Span {
             span.record("dataset_id", dataset.id.as_str())
         }
         ClaimedWork::RecordAttempt(attempt) => span.record("recording_id", attempt.recording.id.as_str()),
+        ClaimedWork::ExecuteTask(execution) => span.record("scene_id", execution.scene_id.as_str()),
         ClaimedWork::AssembleRecording(recording) => span.record("recording_id", recording.id.as_str()),
     };
     if let Some(job) = trace_of(job_id) {

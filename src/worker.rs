@@ -69,6 +69,16 @@ pub struct Settings {
     pub listen: String,
 }
 
+impl Settings {
+    /// Number of threads that compute.
+    pub fn threads(&self) -> usize {
+        match self.cpu_threads {
+            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            threads => threads,
+        }
+    }
+}
+
 /// Time that a shutdown waits for interrupted stages to end.
 const INTERRUPT_GRACE: Duration = Duration::from_secs(10);
 

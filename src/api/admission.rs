@@ -183,7 +183,7 @@ mod tests {
             request = request.header(*name, *value);
         }
         let request = request.body(Body::empty()).expect("a request");
-        hosts.check(&request, local.parse().ok()).map_or_else(|(_, problem)| problem.code, |()| "fine")
+        hosts.check(&request, local.parse().ok()).map_or_else(|(_, problem)| problem.own_code(), |()| "fine")
     }
 
     #[test]

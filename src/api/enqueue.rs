@@ -72,12 +72,17 @@ pub(super) async fn enqueue(
     if let Ok(location) = HeaderValue::from_str(&location) {
         response.headers_mut().insert(header::LOCATION, location);
     }
-    if let Some(wait) = wait
-        && let Ok(applied) = HeaderValue::from_str(&format!("wait={}", wait.as_secs()))
-    {
-        response.headers_mut().insert("preference-applied", applied);
+    if let Some(wait) = wait {
+        preference_applied(&mut response, wait);
     }
     Ok(response)
+}
+
+/// States that the server waited as the client preferred.
+pub(super) fn preference_applied(response: &mut Response, wait: Duration) {
+    if let Ok(applied) = HeaderValue::from_str(&format!("wait={}", wait.as_secs())) {
+        response.headers_mut().insert("preference-applied", applied);
+    }
 }
 
 /// A scene that was enqueued, now or by an earlier request with the same key.
@@ -153,7 +158,7 @@ pub(super) fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Pro
 }
 
 /// `Prefer: wait=N`; what cannot be understood is ignored, as preferences are.
-fn preferred_wait(headers: &HeaderMap, max_secs: u64) -> Option<Duration> {
+pub(super) fn preferred_wait(headers: &HeaderMap, max_secs: u64) -> Option<Duration> {
     let preferences = headers.get_all("prefer").into_iter().filter_map(|value| value.to_str().ok());
     preferences
         .flat_map(|value| value.split(','))

@@ -3,6 +3,8 @@
 //! `type` comes from a closed list, `code` is stable and finer, `detail` says what to change, `errors`
 //! points into the body. The request id is added on the way out (see `layers`).
 
+use std::borrow::Cow;
+
 use axum::http::{StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
@@ -114,7 +116,7 @@ impl FieldError {
 pub struct Problem {
     pub kind: ProblemType,
     /// Stable, `[a-z0-9_]+`.
-    pub code: &'static str,
+    pub code: Cow<'static, str>,
     /// Fault and correction.
     pub detail: String,
     pub errors: Vec<FieldError>,
@@ -122,7 +124,7 @@ pub struct Problem {
 
 impl Problem {
     pub fn new(kind: ProblemType, code: &'static str, detail: impl Into<String>) -> Self {
-        Self { kind, code, detail: detail.into(), errors: Vec::new() }
+        Self { kind, code: Cow::Borrowed(code), detail: detail.into(), errors: Vec::new() }
     }
 
     /// A body that can be read but not accepted.
@@ -133,7 +135,22 @@ impl Problem {
         };
         let places: Vec<String> = errors.iter().map(place).collect();
         let detail = format!("correct {} and send it again", places.join(", "));
-        Self { kind: ProblemType::InvalidRequest, code: "invalid_body", detail, errors }
+        Self { kind: ProblemType::InvalidRequest, code: Cow::Borrowed("invalid_body"), detail, errors }
+    }
+
+    /// The code, if this process made the problem; `failed` of one that was stored.
+    pub fn own_code(&self) -> &'static str {
+        match self.code {
+            Cow::Borrowed(code) => code,
+            Cow::Owned(_) => "failed",
+        }
+    }
+
+    /// Fault and correction in one sentence, with the places in the body.
+    pub fn message(&self) -> String {
+        let errors: Vec<String> =
+            self.errors.iter().map(|error| format!("{} {}", error.pointer, error.detail)).collect();
+        if errors.is_empty() { self.detail.clone() } else { errors.join("; ") }
     }
 
     /// Nothing new can be stored.

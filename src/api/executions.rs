@@ -1,26 +1,33 @@
-//! `/scenes/{scene_id}/executions`: a simulated robot does a task in a finished scene.
+//! `/scenes/{scene_id}/executions` and `/executions`: a simulated robot does a task in a finished scene.
 //!
-//! The answer is computed while the client waits, one at a time in a process, and it is not stored: the same scene,
-//! task, robot and seed give the same bytes again.
+//! An execution is a job (see `executor`), and has its id; with `Prefer: wait` one request brings the answer, too. The same
+//! scene, task, robot and seed give the same bytes again.
 
 use std::sync::Arc;
 
-use axum::Json;
 use axum::extract::{Path, Request, State};
-use axum::http::header;
-use axum::response::{IntoResponse, Response};
-use serde::Deserialize;
-use serde_json::Value;
+use axum::http::{HeaderMap, Method};
+use axum::response::Response;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
-use super::Api;
+use super::accepted::accepted_at;
 use super::admission::overloaded;
+use super::download::{Content, Download, respond};
+use super::enqueue::{preference_applied, preferred_wait};
 use super::error::{FieldError, Problem, ProblemType};
 use super::json_body::{json_bytes, media_type, parse};
 use super::parent::ParentBundle;
 use super::query::Parameters;
 use super::scenes::{find, parse_id};
 use super::submission::check_text;
+use super::{Api, jobs};
+use scene::JobId;
+use scene::job::{FailureClass, JobState};
 use scene::request::MAX_SEED;
+use store::DEFAULT_TENANT;
+use store::executions::NewExecution;
+use store::jobs::JobRow;
 
 /// The body of a request, not validated.
 #[derive(Clone, Debug, Deserialize)]
@@ -40,7 +47,7 @@ pub struct ExecutionBody {
 }
 
 /// Place of a robot's base, in the frame of the scene, and its direction: turned by `yaw_rad` about the vertical.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BasePlace {
     pub x_m: f64,
@@ -76,7 +83,7 @@ impl Default for ExecutionBody {
 }
 
 /// The form of the answer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ExecutionFormat {
     /// Verdict, task and motion as one document.
@@ -94,7 +101,7 @@ pub struct ExecutionParameters {
 }
 
 /// Order of an execution.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ExecutionRequest {
     pub task: RequestedTask,
     pub seed: u64,
@@ -104,7 +111,8 @@ pub struct ExecutionRequest {
 }
 
 /// An instruction for a robot, or a task.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum RequestedTask {
     Text {
         text: String,
@@ -114,19 +122,30 @@ pub enum RequestedTask {
     Task(Value),
 }
 
-/// An execution in the form that was asked for.
-pub enum ExecutionAnswer {
-    Document(Value),
-    Archive(Vec<u8>),
+impl ExecutionRequest {
+    /// Form of the stored request.
+    const VERSION: u32 = 1;
+
+    /// The request as it is stored.
+    fn stored(&self) -> Value {
+        json!({ "version": Self::VERSION, "order": self })
+    }
+
+    /// Inverse of [`Self::stored`].
+    ///
+    /// # Errors
+    ///
+    /// Another version wrote the request.
+    pub fn of_stored(stored: &Value) -> Result<Self, serde_json::Error> {
+        Self::deserialize(&stored["order"])
+    }
 }
 
-/// The execution of a task in the scene of an archive. It computes for seconds, so it blocks. Made by
-/// `app::executions::execute_task`.
-pub type ExecuteTask =
-    Arc<dyn Fn(&[u8], &ExecutionRequest) -> Result<ExecutionAnswer, Problem> + Send + Sync>;
+/// Checks a request as far as that needs no scene. Made by `app::executions::check`.
+pub type CheckExecution = Arc<dyn Fn(&ExecutionRequest) -> Result<(), Problem> + Send + Sync>;
 
 /// `POST /scenes/{scene_id}/executions`.
-pub async fn run(
+pub async fn submit(
     State(api): State<Api>,
     Path(scene_id): Path<String>,
     Parameters(ExecutionParameters { format }): Parameters<ExecutionParameters>,
@@ -138,20 +157,89 @@ pub async fn run(
         let detail = "send application/json such as {\"text\": \"put the apple in the bowl\"}";
         return Err(Problem::new(ProblemType::UnsupportedMediaType, "body_format", detail));
     }
+    let wait = preferred_wait(&parts.headers, api.settings.max_wait_secs);
     let body = json_bytes(&api, body).await?;
     let asked = validate(parse(&body.bytes)?, format, api.settings.max_text_chars)?;
+    (api.check_execution)(&asked)?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let scene = find(&api, &scene_id).await?;
     let bundle = ParentBundle::of(&api, &scene, true).await?;
-    let permit = api.executions.clone().try_acquire_owned().map_err(|_| overloaded())?;
-    let execute = api.execute_task.clone();
-    let answer = bundle.compute(&api, &scene_id, permit, move |archive| execute(archive, &asked)).await?;
-    Ok(match answer {
-        ExecutionAnswer::Document(document) => Json(document).into_response(),
-        ExecutionAnswer::Archive(bytes) => {
-            ([(header::CONTENT_TYPE, "application/zip")], bytes).into_response()
+    let new = NewExecution {
+        tenant_id: DEFAULT_TENANT.clone(),
+        scene_id,
+        request: asked.stored(),
+        bundle: bundle.digest,
+    };
+    let job_id = api.store.submit_execution(new).await?;
+    let Some(wait) = wait else { return accepted(&api, &job_id).await };
+    jobs::wait_for(&api, &job_id, wait).await?;
+    let job = jobs::find(&api, &job_id).await?;
+    let mut response = match job.state.is_final() {
+        true => answer(&api, job, &Method::GET, &HeaderMap::new()).await?,
+        false => accepted(&api, &job_id).await?,
+    };
+    preference_applied(&mut response, wait);
+    Ok(response)
+}
+
+/// `GET /executions/{execution_id}`.
+pub async fn show(
+    State(api): State<Api>,
+    Path(execution_id): Path<String>,
+    method: Method,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let unknown = || Problem::not_found("execution", &execution_id);
+    let job_id: JobId = execution_id.parse().map_err(|_| unknown())?;
+    let job = api.store.job(&DEFAULT_TENANT, &job_id).await?.ok_or_else(unknown)?;
+    answer(&api, job, &method, &headers).await
+}
+
+/// The answer of an ended execution.
+async fn answer(api: &Api, job: JobRow, method: &Method, headers: &HeaderMap) -> Result<Response, Problem> {
+    let execution = api.store.execution(&DEFAULT_TENANT, &job.id).await?;
+    let execution = execution.ok_or_else(|| Problem::not_found("execution", job.id.as_str()))?;
+    if let Some(answer) = execution.answer {
+        let what = Download {
+            digest: &answer.digest,
+            size: answer.size,
+            media_type: &answer.media_type,
+            file_name: (answer.media_type == "application/zip").then(|| format!("execution-{}.zip", job.id)),
+            content: Content::Stored,
+        };
+        return respond(api, method, headers, what).await?.ok_or_else(|| {
+            let detail = "the bytes of this execution are lost or damaged; execute the task again";
+            Problem::new(ProblemType::Gone, "execution_damaged", detail)
+        });
+    }
+    Err(match job.state {
+        JobState::Failed => {
+            let kind = match job.failure_class.as_deref().and_then(FailureClass::parse) {
+                Some(FailureClass::Refused) => ProblemType::InvalidRequest,
+                Some(FailureClass::Permanent) => ProblemType::Conflict,
+                _ => ProblemType::Internal,
+            };
+            let detail = job.failure_message.unwrap_or_default();
+            Problem {
+                code: job.failure_code.unwrap_or_default().into(),
+                ..Problem::new(kind, "failed", detail)
+            }
+        }
+        JobState::Cancelled => {
+            let detail = "this execution was cancelled; execute the task again";
+            Problem::new(ProblemType::Conflict, "execution_cancelled", detail)
+        }
+        _ => {
+            let detail = "this execution has no answer yet; follow the events of its job until it has ended";
+            Problem::new(ProblemType::Conflict, "execution_not_ready", detail)
         }
     })
+}
+
+/// 202 with the job.
+async fn accepted(api: &Api, job_id: &JobId) -> Result<Response, Problem> {
+    let view = jobs::view(api, jobs::find(api, job_id).await?).await?;
+    Ok(accepted_at(&view.links.this, &view))
 }
 
 /// Checks the values of a body.

@@ -1,5 +1,7 @@
 //! `/jobs`: list, show, stages, cancel, retry.
 
+use std::time::Duration;
+
 use axum::Json;
 use axum::extract::{Path, Request, State};
 use axum::http::StatusCode;
@@ -170,7 +172,7 @@ pub(super) async fn find(api: &Api, job_id: &JobId) -> Result<JobRow, Problem> {
 }
 
 /// A job as clients see it.
-async fn view(api: &Api, job: JobRow) -> Result<JobView, Problem> {
+pub(super) async fn view(api: &Api, job: JobRow) -> Result<JobView, Problem> {
     let outlooks = api.store.outlooks(&DEFAULT_TENANT, &[&job]).await?;
     Ok(JobView::new(job, outlooks.first().copied().unwrap_or_default()))
 }
@@ -181,4 +183,21 @@ pub(super) async fn views(api: &Api, jobs: Vec<Option<JobRow>>) -> Result<Vec<Op
     let mut outlooks = api.store.outlooks(&DEFAULT_TENANT, &known).await?.into_iter();
     let mut view = |job| JobView::new(job, outlooks.next().unwrap_or_default());
     Ok(jobs.into_iter().map(|job| job.map(&mut view)).collect())
+}
+
+/// Returns when a job has ended, or after `wait`, or when the process is to end.
+pub(super) async fn wait_for(api: &Api, job_id: &JobId, wait: Duration) -> Result<(), Problem> {
+    let deadline = tokio::time::Instant::now() + wait;
+    let mut changes = api.store.changes();
+    loop {
+        let job = api.store.job(&DEFAULT_TENANT, job_id).await?;
+        if job.is_none_or(|job| job.state.is_final()) {
+            return Ok(());
+        }
+        tokio::select! {
+            () = tokio::time::sleep_until(deadline) => return Ok(()),
+            () = api.shutdown.cancelled() => return Ok(()),
+            _ = changes.changed() => {}
+        }
+    }
 }

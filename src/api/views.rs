@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 pub use super::spending::SpendingView;
+use scene::job::JobKind;
 use scene::{DatasetId, JobId, RecordingId, SceneId};
 use store::artifacts::ArtifactRow;
 use store::events::Event;
@@ -124,6 +125,8 @@ pub struct JobLinks {
     pub scene: Option<String>,
     pub dataset: Option<String>,
     pub recording: Option<String>,
+    /// The answer of an execution.
+    pub execution: Option<String>,
 }
 
 impl JobView {
@@ -135,6 +138,7 @@ impl JobView {
                 stages: format!("{this}/stages"),
                 scene: job.scene_id.as_ref().map(|id| format!("/scenes/{id}")),
                 dataset: job.dataset_id.as_ref().map(|id| format!("/datasets/{id}")),
+                execution: (job.kind == JobKind::ExecuteTask).then(|| format!("/executions/{}", job.id)),
                 recording: job.recording_id.as_ref().map(|id| format!("/episodes/{id}")),
                 this,
             },

@@ -11,10 +11,9 @@ use super::activity::{Watch, staged, unwatched};
 use super::grasps::{broken, known_grasps};
 use super::tasks::{instructed_task, robot_named};
 use crate::api::error::{FieldError, Problem, ProblemType};
-use crate::api::executions::{
-    BasePlace, ExecuteTask, ExecutionAnswer, ExecutionFormat, ExecutionRequest, RequestedTask,
-};
+use crate::api::executions::{BasePlace, CheckExecution, ExecutionFormat, ExecutionRequest, RequestedTask};
 use crate::config::Resolved;
+use crate::executor::{self, Answer, Execute};
 use crate::pipeline::task_scene::{BundleScene, of_archive, simulated};
 use export::archive::zip_files;
 use geometry::{DVec3, Pose};
@@ -23,6 +22,7 @@ use manipulation::frames::to_isometry;
 use robot::model::Robot;
 use runtime::seed::child_rng;
 use serde::Deserialize;
+use serde_json::Value;
 use tasks::Task;
 
 /// Source of the task.
@@ -52,33 +52,60 @@ pub struct Executed {
     pub execution: Execution,
 }
 
-/// Executes tasks in the scenes of archives, for the interface.
-pub fn execute_task(resolved: &Resolved) -> ExecuteTask {
-    let resolved = resolved.clone();
-    Arc::new(move |archive: &[u8], request: &ExecutionRequest| {
-        let (source, robot) = match &request.task {
-            RequestedTask::Text { text, robot } => (TaskSource::Text(text.clone()), robot.as_str()),
-            RequestedTask::Task(task) => {
-                let task = Task::deserialize(task).map_err(|error| {
-                    Problem::invalid(vec![FieldError::new("/task", format!("is no task: {error}"))])
-                })?;
-                (TaskSource::Task(Box::new(task)), "")
-            }
-        };
-        // An unknown robot is found before the bundle is unpacked.
-        robot_named(source.robot(robot))?;
-        let bundle = of_archive(archive)
-            .map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))?;
-        let executed = run(&bundle, source, robot, request.base, request.seed, &resolved, &unwatched)?;
-        if request.format == ExecutionFormat::Json {
-            return Ok(ExecutionAnswer::Document(files::document(&executed)));
-        }
-        let written = files::all_files(archive, &executed, request.video)?;
-        let zipped = zip_files(&written, "execution/").map_err(|error| {
-            Problem::new(ProblemType::Internal, "archive_failed", format!("packing the execution: {error}"))
-        })?;
-        Ok(ExecutionAnswer::Archive(zipped))
+/// Checks requests before they are enqueued, for the interface.
+pub fn check() -> CheckExecution {
+    Arc::new(|request| {
+        let (source, robot) = source_of(&request.task)?;
+        robot_named(source.robot(&robot)).map(drop)
     })
+}
+
+/// Executes stored requests, for the executor.
+pub fn execute_stored(resolved: &Resolved) -> Execute {
+    let resolved = resolved.clone();
+    Arc::new(move |archive: &[u8], request: &Value| {
+        let request = ExecutionRequest::of_stored(request).map_err(|error| executor::Refusal {
+            code: "another_version",
+            message: format!(
+                "the stored request belongs to another version ({error}); execute the task again"
+            ),
+            is_of_request: true,
+        })?;
+        answer(archive, &request, &resolved).map_err(|problem| executor::Refusal {
+            code: problem.own_code(),
+            is_of_request: problem.kind == ProblemType::InvalidRequest,
+            message: problem.message(),
+        })
+    })
+}
+
+fn answer(archive: &[u8], request: &ExecutionRequest, resolved: &Resolved) -> Result<Answer, Problem> {
+    let (source, robot) = source_of(&request.task)?;
+    let bundle = of_archive(archive)
+        .map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))?;
+    let executed = run(&bundle, source, &robot, request.base, request.seed, resolved, &unwatched)?;
+    if request.format == ExecutionFormat::Json {
+        let document = files::document(&executed).to_string();
+        return Ok(Answer { bytes: document.into(), media_type: "application/json" });
+    }
+    let written = files::all_files(archive, &executed, request.video)?;
+    let zipped = zip_files(&written, "execution/").map_err(|error| {
+        Problem::new(ProblemType::Internal, "archive_failed", format!("packing the execution: {error}"))
+    })?;
+    Ok(Answer { bytes: zipped.into(), media_type: "application/zip" })
+}
+
+/// The task of a request, and the robot of an instruction in words.
+fn source_of(task: &RequestedTask) -> Result<(TaskSource, String), Problem> {
+    match task {
+        RequestedTask::Text { text, robot } => Ok((TaskSource::Text(text.clone()), robot.clone())),
+        RequestedTask::Task(task) => {
+            let task = Task::deserialize(task).map_err(|error| {
+                Problem::invalid(vec![FieldError::new("/task", format!("is no task: {error}"))])
+            })?;
+            Ok((TaskSource::Task(Box::new(task)), String::new()))
+        }
+    }
 }
 
 /// Executes a task, with the base of the robot at a given place or where it is best. Takes seconds: grasps are tried in

@@ -58,8 +58,5 @@ fn title(body: &EpisodesBody, order: &EpisodesOrder) -> String {
 
 /// A problem as the failure of a recording.
 fn refusal(problem: Problem) -> Refusal {
-    let errors: Vec<String> =
-        problem.errors.iter().map(|error| format!("{} {}", error.pointer, error.detail)).collect();
-    let message = if errors.is_empty() { problem.detail } else { errors.join("; ") };
-    Refusal { code: problem.code, message }
+    Refusal { code: problem.own_code(), message: problem.message() }
 }

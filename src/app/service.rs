@@ -13,6 +13,7 @@ use super::{AppError, metrics};
 use crate::api;
 use crate::api::Api;
 use crate::config::{Config, Resolved};
+use crate::executor::Executor;
 use crate::freezer::Freezer;
 use crate::worker::{BuildScene, Worker};
 use store::{Intent, Store};
@@ -142,7 +143,8 @@ fn worker(
     let freezer = Freezer::new(store.clone(), cpu.clone(), data_dir);
     let recorder = super::recording::recorder(store, resolved, &cpu, data_dir);
     let worker = super::worker(store, &resolved.config, &cpu, build);
-    Ok(worker.with(Arc::new(freezer)).with(Arc::new(recorder)))
+    let executor = Executor::new(store.clone(), cpu.clone(), super::executions::execute_stored(resolved));
+    Ok(worker.with(Arc::new(freezer)).with(Arc::new(recorder)).with(Arc::new(executor)))
 }
 
 /// Starts what a process with a worker does beside jobs.
@@ -173,7 +175,7 @@ fn interface(
         read_instruction: super::pipeline::read_instruction(),
         predict: super::pipeline::predict(resolved),
         propose_tasks: super::tasks::propose_tasks(resolved),
-        execute_task: super::executions::execute_task(resolved),
+        check_execution: super::executions::check(),
         check_episodes: super::recording::check(resolved),
         fetch_image: super::fetching::fetch_image(settings),
         metrics: metrics::recorder(),

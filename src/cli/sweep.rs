@@ -48,7 +48,9 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn text(report: &SweepReport) -> String {
     let SweepReport { expired_scenes, stripped_scenes, orphaned_checkpoints, .. } = report;
-    let SweepReport { quarantined_bundles, idempotency_keys, purged_scenes, removed, kept, .. } = report;
+    let SweepReport {
+        quarantined_bundles, idempotency_keys, executions, purged_scenes, removed, kept, ..
+    } = report;
     let verb = if report.is_dry_run { "would be removed" } else { "removed" };
     format!(
         "scenes past their expiry: {expired_scenes}\n\
@@ -56,6 +58,7 @@ fn text(report: &SweepReport) -> String {
          checkpoints of no job {verb}: {orphaned_checkpoints}\n\
          bundles of quarantined scenes {verb}: {quarantined_bundles}\n\
          idempotency keys {verb}: {idempotency_keys}\n\
+         executions {verb}: {executions}\n\
          deleted scenes whose last rows {verb}: {purged_scenes}\n\
          blobs {verb}: {} ({} bytes); kept: {} ({} bytes)\n",
         removed.blobs, removed.bytes, kept.blobs, kept.bytes

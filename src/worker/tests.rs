@@ -11,6 +11,7 @@ use crate::pipeline::error::StageError;
 use scene::job::JobState;
 use scene::{DatasetId, RecordingId};
 use store::datasets::{FrozenVersion, NewDataset, SubmitDatasetOutcome};
+use store::executions::NewExecution;
 use store::queue::AttemptOutcome;
 use store::recordings::{MadeAttempt, NewRecording, SubmitRecordingOutcome};
 use store::scenes::{NewScene, SubmitOutcome};
@@ -111,6 +112,12 @@ impl TestQueue {
             }
             JobKind::RecordAttempt => {
                 self.recording().await;
+            }
+            JobKind::ExecuteTask => {
+                let scene_id = "scene".parse().expect("an id");
+                let (tenant_id, request) = (DEFAULT_TENANT.clone(), json!({ "version": 1 }));
+                let new = NewExecution { tenant_id, scene_id, request, bundle: Digest::of(b"bundle") };
+                return self.store.submit_execution(new).await.expect("submits");
             }
             JobKind::AssembleRecording => {
                 self.recording().await;

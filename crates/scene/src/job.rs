@@ -25,16 +25,19 @@ pub enum JobKind {
     RecordAttempt,
     /// Writes the dataset of a recording.
     AssembleRecording,
+    /// A simulated robot does a task in a finished scene.
+    ExecuteTask,
 }
 
 impl JobKind {
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Generate,
         Self::Retry,
         Self::FreezeDataset,
         Self::VerifyDataset,
         Self::RecordAttempt,
         Self::AssembleRecording,
+        Self::ExecuteTask,
     ];
 
     pub fn as_str(self) -> &'static str {
@@ -45,6 +48,7 @@ impl JobKind {
             Self::VerifyDataset => "verify_dataset",
             Self::RecordAttempt => "record_attempt",
             Self::AssembleRecording => "assemble_recording",
+            Self::ExecuteTask => "execute_task",
         }
     }
 
@@ -228,6 +232,11 @@ impl FailureClass {
             Self::OverBudget => "over_budget",
             Self::Crashed => "crashed",
         }
+    }
+
+    /// Inverse of [`Self::as_str`].
+    pub fn parse(text: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|class| class.as_str() == text)
     }
 
     /// Whether a retry can succeed.

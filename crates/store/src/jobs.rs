@@ -210,6 +210,7 @@ pub(super) async fn retry(
         return match ended.recording_id {
             // A recording repeats its own jobs until it ends.
             Some(_) => Ok(RetryOutcome::NothingToRepeat),
+            None if ended.kind == JobKind::ExecuteTask => Ok(RetryOutcome::NothingToRepeat),
             None if from_stage.is_some() => Ok(RetryOutcome::NoSuchStage),
             None => datasets::retry(connection, &ended, &tenant_id, now).await,
         };

@@ -33,6 +33,7 @@ pub mod lineage;
 pub mod batches;
 pub mod datasets;
 pub mod recordings;
+pub mod executions;
 pub mod queue;
 mod deaths;
 pub mod stage_claims;

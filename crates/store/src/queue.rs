@@ -24,6 +24,7 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use super::artifacts::BuiltScene;
 use super::database::Dialect;
 use super::datasets::FrozenVersion;
+use super::executions::ExecutionAnswer;
 use super::recordings::MadeAttempt;
 use super::{Store, StoreError, calls, database, datasets, events, recordings, stage_claims};
 use crate::boxed;
@@ -58,6 +59,8 @@ pub enum AttemptOutcome {
     Frozen(FrozenVersion),
     /// The findings of the verification of a version, as JSON.
     Verified(Value),
+    /// A task was executed, done or failed.
+    Executed(ExecutionAnswer),
     /// An attempt of a recording is made, with success or without.
     Attempted(MadeAttempt),
     /// The dataset of a recording is recorded; with a summary as JSON.

@@ -64,6 +64,8 @@ pub struct SweepReport {
     pub orphaned_checkpoints: u64,
     pub quarantined_bundles: u64,
     pub idempotency_keys: u64,
+    /// Executions whose time was over.
+    pub executions: u64,
     /// Deleted scenes whose last rows were removed.
     pub purged_scenes: u64,
     /// Blobs without a reference.

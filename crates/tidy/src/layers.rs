@@ -177,12 +177,13 @@ pub const ROOT_MODULES: &[Layer] = &[
         &["batches", "datasets", "freezer", "imaging", "runtime", "scene", "spans", "store"],
         &[CLIENTS, ROWS],
     ),
-    // Both are work of the worker, whose errors are those of stages.
+    // These are work of the worker, whose errors are those of stages.
     layer(
         "freezer",
         &["datasets", "pipeline", "runtime", "scene", "store", "worker"],
         &[SERVERS, CLIENTS, ROWS],
     ),
+    layer("executor", &["pipeline", "runtime", "scene", "store", "worker"], &[SERVERS, CLIENTS, ROWS]),
     layer(
         "recorder",
         &["datasets", "demonstrations", "episodes", "pipeline", "runtime", "scene", "store", "worker"],

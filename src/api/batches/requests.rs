@@ -173,7 +173,7 @@ fn read_recipe(body: &[u8]) -> Result<Recipe, Problem> {
 /// The refusal of the body of a scene, as an error of a request of a batch.
 pub fn refused(problem: Problem) -> OutputError {
     let Some(first) = problem.errors.first() else {
-        return OutputError::new(problem.code, problem.detail);
+        return OutputError::new(problem.own_code(), problem.detail);
     };
     let pointer = format!("/body{}", first.pointer);
     let details: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();

@@ -96,7 +96,7 @@ mod tests {
     fn streams_are_limited_in_all_and_per_client() {
         let limits = StreamLimits::new(3, 2);
         let client = |last: u8| Some(ClientAddress::from(std::net::IpAddr::from([192, 0, 2, last])));
-        let code = |last| limits.admit(client(last)).err().map(|problem| problem.code);
+        let code = |last| limits.admit(client(last)).err().map(|problem| problem.own_code());
         let first = limits.admit(client(1)).expect("a place");
         let _second = limits.admit(client(1)).expect("a place");
         assert_eq!(code(1), Some("too_many_streams"));

@@ -8,6 +8,7 @@ use sqlx::{AnyConnection, Row};
 
 use super::{Lease, Scope, milliseconds, move_job, rescue, turns};
 use crate::datasets::{self, DatasetRow};
+use crate::executions::{self, ExecutionRow};
 use crate::recordings::{self, AttemptWork, RecordingRow};
 use crate::{StoreError, database, events};
 use scene::job::{JobEvent, JobKind};
@@ -34,6 +35,7 @@ pub enum ClaimedWork {
     VerifyDataset(Box<DatasetRow>),
     RecordAttempt(Box<AttemptWork>),
     AssembleRecording(Box<RecordingRow>),
+    ExecuteTask(Box<ExecutionRow>),
 }
 
 /// A scene to be built.
@@ -55,6 +57,7 @@ impl ClaimedWork {
             Self::VerifyDataset(_) => JobKind::VerifyDataset,
             Self::RecordAttempt(_) => JobKind::RecordAttempt,
             Self::AssembleRecording(_) => JobKind::AssembleRecording,
+            Self::ExecuteTask(_) => JobKind::ExecuteTask,
         }
     }
 }
@@ -124,6 +127,10 @@ async fn work(connection: &mut AnyConnection, job: &AnyRow, now_ms: i64) -> Resu
                 JobKind::FreezeDataset => ClaimedWork::FreezeDataset(dataset),
                 _ => ClaimedWork::VerifyDataset(dataset),
             })
+        }
+        JobKind::ExecuteTask => {
+            let id: JobId = database::id(job, "jobs", "id")?;
+            Ok(ClaimedWork::ExecuteTask(Box::new(executions::begun(connection, &id).await?)))
         }
         JobKind::RecordAttempt | JobKind::AssembleRecording => {
             let id: JobId = database::id(job, "jobs", "id")?;

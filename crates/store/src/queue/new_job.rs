@@ -17,6 +17,8 @@ pub(crate) enum JobSubject<'a> {
     Dataset(&'a DatasetId),
     /// With the number of the attempt.
     Recording(&'a RecordingId, Option<u64>),
+    /// The job is the execution; in this scene.
+    Execution(&'a SceneId),
 }
 
 /// A job to be enqueued.
@@ -66,6 +68,7 @@ impl<'a> NewJob<'a> {
             JobSubject::Scene(id) => scene_id = Some(id),
             JobSubject::Dataset(id) => dataset_id = Some(id),
             JobSubject::Recording(id, attempt) => (recording_id, number) = (Some(id), attempt),
+            JobSubject::Execution(_) => {}
         }
         sqlx::query(
             "INSERT INTO jobs (id, tenant_id, kind, scene_id, dataset_id, recording_id, attempt_number, retry_of, from_stage, salt,
@@ -94,7 +97,7 @@ impl<'a> NewJob<'a> {
         .execute(&mut *connection)
         .await?;
         let queued = match self.subject {
-            JobSubject::Scene(id) => json!({ "scene_id": id }),
+            JobSubject::Scene(id) | JobSubject::Execution(id) => json!({ "scene_id": id }),
             JobSubject::Dataset(id) => json!({ "dataset_id": id }),
             JobSubject::Recording(id, None) => json!({ "recording_id": id }),
             JobSubject::Recording(id, Some(number)) => json!({ "recording_id": id, "number": number }),

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use sqlx::{AnyConnection, Row};
 
 use super::{AttemptOutcome, Lease, guard, milliseconds, move_job};
-use crate::{StoreError, artifacts, database, datasets, events, recordings};
+use crate::{StoreError, artifacts, database, datasets, events, executions, recordings};
 use scene::JobId;
 use scene::job::{Failure, JobEvent, JobState};
 
@@ -36,6 +36,13 @@ pub(super) async fn finish(
             let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
             if state == JobState::Succeeded {
                 datasets::record_verification(connection, job_id, &found).await?;
+            }
+            Ok(state)
+        }
+        AttemptOutcome::Executed(answer) => {
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            if state == JobState::Succeeded {
+                executions::record_answer(connection, job_id, &answer).await?;
             }
             Ok(state)
         }

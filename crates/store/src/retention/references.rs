@@ -25,7 +25,7 @@ pub enum ReferenceKind {
     Answer,
     /// An attempt of a recording that is not ended; made again if it is missing.
     Episode,
-    /// A file of a dataset, or of a recording; nothing can make it again.
+    /// A file of a dataset or of a recording, or the answer of an execution; nothing can make it again.
     Dataset,
     /// The image of a request; nothing can make it again.
     Input,
@@ -98,6 +98,7 @@ pub(crate) async fn for_each_reference(
         }
     }
     recordings(readers, &mut visit).await?;
+    executions(readers, &mut visit).await?;
     let mut call: i64 = 0;
     loop {
         let rows = sqlx::query(
@@ -187,6 +188,31 @@ async fn recordings(
         }
     }
     Ok(())
+}
+
+/// References of executions: the bundle while there is no answer, and the answer.
+async fn executions(
+    readers: &Readers,
+    visit: &mut (impl FnMut(ReferenceKind, Digest) + Send),
+) -> Result<(), StoreError> {
+    let mut id = String::new();
+    loop {
+        let rows = sqlx::query(
+            "SELECT job_id, bundle, answer FROM executions WHERE job_id > $1 ORDER BY job_id LIMIT $2",
+        )
+        .bind(&id)
+        .bind(PAGE_ROWS)
+        .fetch_all(readers)
+        .await?;
+        let Some(last) = rows.last() else { return Ok(()) };
+        id = last.try_get("job_id")?;
+        for row in &rows {
+            match row.try_get::<Option<String>, _>("answer")? {
+                Some(answer) => visit(ReferenceKind::Dataset, Digest::parse(&answer)?),
+                None => visit(ReferenceKind::Bundle, Digest::parse(&row.try_get::<String, _>("bundle")?)?),
+            }
+        }
+    }
 }
 
 /// Every word of a text that is a digest. The store does not know the form of requests.

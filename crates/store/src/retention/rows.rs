@@ -13,6 +13,8 @@ const PAGE_SCENES: i64 = 100;
 const PAGE_KEYS: i64 = 1000;
 /// Pages that one transaction returns, 4 KiB each.
 const RETURNED_PAGES: i64 = 500;
+/// Executions that one transaction removes.
+const MAX_EXECUTIONS: i64 = 100;
 const HOUR_MS: i64 = 3_600_000;
 
 /// Condition on a scene that no job works on.
@@ -77,6 +79,7 @@ impl Store {
             .await?;
 
         report.idempotency_keys = self.remove_idempotency_keys(now, dry_run).await?;
+        report.executions = self.remove_executions(before(settings.intermediate_hours), dry_run).await?;
 
         let purged = Selection::unchanged_since(&format!(
             "state = 'deleted' AND stripped_at IS NOT NULL AND {IS_IDLE}
@@ -91,6 +94,49 @@ impl Store {
         }
         self.discard_abandoned_batches().await?;
         self.return_free_pages().await
+    }
+
+    /// Removes executions that ended before `end_ms`, with their jobs, at most [`MAX_EXECUTIONS`] in one transaction; their
+    /// number.
+    async fn remove_executions(&self, end_ms: i64, dry_run: bool) -> Result<u64, StoreError> {
+        const ENDED: &str = "SELECT id FROM jobs WHERE kind = 'execute_task' AND finished_at <= $1
+            ORDER BY finished_at LIMIT $2";
+        if dry_run {
+            let ended = format!("SELECT COUNT(*) FROM ({ENDED}) AS ended");
+            let count: i64 = sqlx::query_scalar(AssertSqlSafe(ended))
+                .bind(end_ms)
+                .bind(i64::MAX)
+                .fetch_one(&self.readers)
+                .await?;
+            return Ok(count.unsigned_abs());
+        }
+        let mut removed = 0;
+        loop {
+            let ended = self.writer.write("remove executions", move |connection| {
+                Box::pin(async move {
+                    let ended: Vec<String> = sqlx::query_scalar(ENDED)
+                        .bind(end_ms)
+                        .bind(MAX_EXECUTIONS)
+                        .fetch_all(&mut *connection)
+                        .await?;
+                    for id in &ended {
+                        for query in [
+                            "DELETE FROM executions WHERE job_id = $1",
+                            "DELETE FROM events WHERE job_id = $1",
+                            "DELETE FROM jobs WHERE id = $1",
+                        ] {
+                            sqlx::query(query).bind(id).execute(&mut *connection).await?;
+                        }
+                    }
+                    Ok(ended.len() as u64)
+                })
+            });
+            let ended = ended.await?;
+            removed += ended;
+            if ended < MAX_EXECUTIONS.unsigned_abs() {
+                return Ok(removed);
+            }
+        }
     }
 
     /// Gives the free pages of a SQLite file back to the file system. Files of earlier versions keep and reuse them, as

@@ -7,6 +7,7 @@ use serde_json::json;
 
 use super::super::artifacts::{ArchiveRow, BuiltScene, FileRow};
 use super::super::checkpoints::{Checkpoint, StageKey};
+use super::super::executions::{ExecutionAnswer, NewExecution};
 use super::super::queue::{AttemptOutcome, Scope};
 use super::super::scenes::{NewScene, SubmitOutcome};
 use super::super::{BlobPlace, DEFAULT_TENANT, DatabaseAddress, Intent, Settings};
@@ -63,6 +64,7 @@ on_both_databases! {
     young_blobs_and_those_of_active_jobs_stay,
     old_intermediates_go_and_the_bundle_stays,
     bundles_of_quarantined_scenes_end,
+    answers_of_executions_stay_for_their_time,
     scenes_expire,
     the_image_of_a_request_stays_with_its_scene,
     a_checkpoint_that_was_removed_is_not_reused,
@@ -136,12 +138,16 @@ async fn built(store: &Store, stages: &[&str], passed: bool) -> SceneId {
     scene_id
 }
 
-/// Moves the last change of every scene so many hours back.
+/// Moves the last change of every scene and the end of every job so many hours back.
 async fn pass_hours(store: &Store, hours: i64) {
     let aged = store.writer.write("age scenes", move |connection| {
         Box::pin(async move {
             sqlx::query("UPDATE scenes SET updated_at = updated_at - $1, stripped_at = stripped_at - $2")
                 .bind(hours * 3_600_000)
+                .bind(hours * 3_600_000)
+                .execute(&mut *connection)
+                .await?;
+            sqlx::query("UPDATE jobs SET finished_at = finished_at - $1")
                 .bind(hours * 3_600_000)
                 .execute(connection)
                 .await?;
@@ -237,6 +243,36 @@ async fn old_intermediates_go_and_the_bundle_stays((_directory, store): Opened) 
     assert!(has(&store, &format!("bundle of {scene}")).await);
     assert!(store.artifacts(&DEFAULT_TENANT, &scene).await.expect("reads").is_empty());
     assert_eq!(sweep(&store, &settings).await.stripped_scenes, 0, "once is enough");
+}
+
+async fn answers_of_executions_stay_for_their_time((_directory, store): Opened) {
+    let put = async |content: &'static [u8]| store.blobs().put(content).await.expect("puts");
+    let (bundle, answer) = (put(b"bundle").await, put(b"answer").await);
+    let new = NewExecution {
+        tenant_id: DEFAULT_TENANT.clone(),
+        scene_id: "scene".parse().expect("an id"),
+        request: json!({ "version": 1 }),
+        bundle,
+    };
+    let id = store.submit_execution(new).await.expect("submits");
+    let settings = RetentionSettings { intermediate_hours: 48, ..retention() };
+    assert_eq!(
+        sweep(&store, &settings).await.kept.blobs,
+        1,
+        "the bundle is needed, and nothing has that answer"
+    );
+    let answer = ExecutionAnswer { digest: answer, media_type: "application/json".into(), size: 6 };
+    put(b"answer").await;
+    let scope = Scope::Job(id.clone());
+    let claim =
+        store.claim("w", Duration::from_secs(60), 3, &scope).await.expect("claims").expect("it waits");
+    store.finish(&claim.lease, AttemptOutcome::Executed(answer.clone())).await.expect("finishes");
+    let report = sweep(&store, &settings).await;
+    assert_eq!((report.executions, report.removed.blobs, report.kept.blobs), (0, 1, 1), "the bundle goes");
+    pass_hours(&store, 49).await;
+    let report = sweep(&store, &settings).await;
+    assert_eq!((report.executions, report.removed.blobs), (1, 1));
+    assert_eq!(store.job(&DEFAULT_TENANT, &id).await.expect("reads"), None);
 }
 
 async fn bundles_of_quarantined_scenes_end((_directory, store): Opened) {

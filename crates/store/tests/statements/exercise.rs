@@ -15,6 +15,7 @@ use store::checkpoints::{Checkpoint, StageKey};
 use store::datasets::{
     DatasetFile, DatasetFilter, DatasetState, FrozenVersion, NewDataset, SubmitDatasetOutcome,
 };
+use store::executions::{ExecutionAnswer, NewExecution};
 use store::jobs::JobFilter;
 use store::queue::{AttemptOutcome, Schedule, Scope};
 use store::recordings::{
@@ -34,6 +35,7 @@ pub async fn all(store: &Store) {
     batches_of_requests(store).await;
     datasets(store).await;
     recordings(store, &scene).await;
+    executions(store, &scene).await;
     operators(store).await;
     removals(store, &scene).await;
 }
@@ -400,6 +402,23 @@ async fn recordings(store: &Store, scene: &SceneId) {
     ] {
         store.recordings(&DEFAULT_TENANT, filter).await.unwrap();
     }
+}
+
+async fn executions(store: &Store, scene: &SceneId) {
+    let new = || NewExecution {
+        tenant_id: DEFAULT_TENANT.clone(),
+        scene_id: scene.clone(),
+        request: json!({ "version": 1 }),
+        bundle: Digest::of(b"bundle"),
+    };
+    let id = store.submit_execution(new()).await.unwrap();
+    store.submit_execution(new()).await.unwrap();
+    let claim = store.claim("executor", LEASE, 9, &Scope::Job(id.clone())).await.unwrap().unwrap();
+    let media_type = "application/json".to_owned();
+    let answer = ExecutionAnswer { digest: Digest::of(b"answer"), media_type, size: 6 };
+    store.finish(&claim.lease, AttemptOutcome::Executed(answer.clone())).await.unwrap();
+    let row = store.execution(&DEFAULT_TENANT, &id).await.unwrap().unwrap();
+    assert_eq!(row.answer, Some(answer));
 }
 
 /// Statements of operators, probes and monitors.

@@ -1,0 +1,14 @@
+-- Executions of tasks are jobs, whose answers are kept for a time. The job has the id of the execution.
+
+CREATE TABLE executions (
+    job_id     TEXT COLLATE "C" PRIMARY KEY REFERENCES jobs (id),
+    tenant_id  TEXT COLLATE "C" NOT NULL,
+    scene_id   TEXT COLLATE "C" NOT NULL,
+    request    TEXT COLLATE "C" NOT NULL,      -- versioned, JSON
+    bundle     TEXT COLLATE "C" NOT NULL,      -- blob of the scene's archive, kept until there is an answer or a failure
+    answer     TEXT COLLATE "C",               -- blob of the answer
+    media_type TEXT COLLATE "C",               -- of the answer
+    size       BIGINT                          -- of the answer, bytes
+);
+-- Which executions have ended long ago.
+CREATE INDEX jobs_executed ON jobs (finished_at) WHERE kind = 'execute_task';
