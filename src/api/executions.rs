@@ -1,7 +1,7 @@
 //! `/scenes/{scene_id}/executions` and `/executions`: a simulated robot does a task in a finished scene.
 //!
-//! An execution is a job (see `executor`), and has its id; with `Prefer: wait` one request brings the answer, too. The same
-//! scene, task, robot and seed give the same bytes again.
+//! An execution is a job (see `executor`), and has its id; with `Prefer: wait` one request brings the answer, too. The
+//! same scene, task, robot and seed give the same bytes again.
 
 use std::sync::Arc;
 

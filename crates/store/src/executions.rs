@@ -1,5 +1,5 @@
-//! Executions: tasks that a simulated robot does in a finished scene. The execution is its job, with the job's id, state,
-//! events and failure; a row beside it has the request, and the answer once there is one.
+//! Executions: tasks that a simulated robot does in a finished scene. The execution is its job, with the job's id,
+//! state, events and failure; a row beside it has the request, and the answer once there is one.
 
 use serde_json::Value;
 use sqlx::any::AnyRow;

@@ -168,6 +168,7 @@ pub(crate) async fn keep(
 ) -> Result<(), StoreError> {
     let Locked { recording, number, .. } = schedule::lock(connection, job_id).await?;
     let number = number.ok_or_else(|| super::corrupt(format!("job {job_id} has no number")))?;
+    schedule::ensure_running(connection, &recording, now_ms).await?;
     sqlx::query(
         "INSERT INTO recording_attempts (recording_id, number, outcome, detail, unit, made_at)
          VALUES ($1, $2, $3, $4, $5, $6)

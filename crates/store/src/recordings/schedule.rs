@@ -66,9 +66,18 @@ async fn read(
     id: &RecordingId,
     lock: &str,
 ) -> Result<RecordingRow, StoreError> {
+    let found = find(connection, id, lock).await?;
+    found.ok_or_else(|| super::corrupt(format!("{id} is missing, and a job records it")))
+}
+
+async fn find(
+    connection: &mut AnyConnection,
+    id: &RecordingId,
+    lock: &str,
+) -> Result<Option<RecordingRow>, StoreError> {
     let query = format!("SELECT * FROM recordings WHERE id = $1 {lock}");
-    let row = sqlx::query(AssertSqlSafe(query)).bind(id.as_str()).fetch_one(connection).await?;
-    recording_of(&row)
+    let row = sqlx::query(AssertSqlSafe(query)).bind(id.as_str()).fetch_optional(connection).await?;
+    row.as_ref().map(recording_of).transpose()
 }
 
 /// Enqueues attempts while episodes are missing, and assembling when nothing else is.
@@ -168,18 +177,16 @@ pub(crate) async fn begun(
     let Part { id, kind, number } = part_of(connection, job_id).await?;
     let recording = read(connection, &id, "").await?;
     if recording.state != RecordingState::Queued && kind == JobKind::RecordAttempt {
-        // Nothing changes, so claims of many attempts at once do not wait for each other.
         return Ok((recording, number));
     }
-    let recording = lock_recording(connection, &id).await?;
-    if recording.state == RecordingState::Queued {
-        sqlx::query("UPDATE recordings SET state = 'running', started_at = $1 WHERE id = $2")
-            .bind(now_ms)
-            .bind(recording.id.as_str())
-            .execute(&mut *connection)
-            .await?;
-        append(connection, &recording.id, now_ms, RecordingEventKind::Running, Map::new()).await?;
-    }
+    // Claims of many attempts at once do not wait for each other: one of them begins the recording.
+    let free = Dialect::of(connection).lock_free_rows();
+    let locked = match kind {
+        JobKind::RecordAttempt => find(connection, &id, free).await?,
+        _ => Some(lock_recording(connection, &id).await?),
+    };
+    let Some(recording) = locked else { return Ok((recording, number)) };
+    ensure_running(connection, &recording, now_ms).await?;
     // Which process assembles is of no interest: one event tells of it, however often it is begun.
     if kind == JobKind::AssembleRecording
         && !ends_with(connection, &recording.id, RecordingEventKind::Assembling).await?
@@ -187,4 +194,21 @@ pub(crate) async fn begun(
         append(connection, &recording.id, now_ms, RecordingEventKind::Assembling, Map::new()).await?;
     }
     Ok((lock_recording(connection, &recording.id).await?, number))
+}
+
+/// Notes that a recording has begun, with its event.
+pub(super) async fn ensure_running(
+    connection: &mut AnyConnection,
+    recording: &RecordingRow,
+    now_ms: i64,
+) -> Result<(), StoreError> {
+    if recording.state != RecordingState::Queued {
+        return Ok(());
+    }
+    sqlx::query("UPDATE recordings SET state = 'running', started_at = $1 WHERE id = $2")
+        .bind(now_ms)
+        .bind(recording.id.as_str())
+        .execute(&mut *connection)
+        .await?;
+    append(connection, &recording.id, now_ms, RecordingEventKind::Running, Map::new()).await
 }

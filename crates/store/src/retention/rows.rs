@@ -96,8 +96,8 @@ impl Store {
         self.return_free_pages().await
     }
 
-    /// Removes executions that ended before `end_ms`, with their jobs, at most [`MAX_EXECUTIONS`] in one transaction; their
-    /// number.
+    /// Removes executions that ended before `end_ms`, with their jobs, at most [`MAX_EXECUTIONS`] in one transaction;
+    /// their number.
     async fn remove_executions(&self, end_ms: i64, dry_run: bool) -> Result<u64, StoreError> {
         const ENDED: &str = "SELECT id FROM jobs WHERE kind = 'execute_task' AND finished_at <= $1
             ORDER BY finished_at LIMIT $2";

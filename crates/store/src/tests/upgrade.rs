@@ -107,5 +107,5 @@ async fn goes_on(data_dir: &Path, settings: &Settings) {
     assert_eq!(assembled, ["r1", "r2", "r3"]);
     let id = "r2".parse().expect("an id");
     let row = store.recording(&DEFAULT_TENANT, &id).await.expect("reads").expect("is there");
-    assert_eq!((row.state, row.made >= 3, row.successes), (RecordingState::Running, true, 2));
+    assert_eq!((row.state, row.made >= 3, row.successes >= 2), (RecordingState::Running, true, true));
 }

@@ -437,7 +437,9 @@ async fn operators(store: &Store) {
 /// Deletions, and sweeps that remove all that may go.
 async fn removals(store: &Store, scene: &SceneId) {
     while let Some(claim) = store.claim("heir", LEASE, 9, &Scope::all()).await.unwrap() {
-        store.finish(&claim.lease, AttemptOutcome::Stopped).await.unwrap();
+        let failure =
+            Failure { class: FailureClass::Permanent, code: "code".into(), message: "message".into() };
+        store.finish(&claim.lease, AttemptOutcome::Failed(failure)).await.unwrap();
     }
     let scenes =
         store.scenes(&DEFAULT_TENANT, SceneFilter { limit: 99, ..SceneFilter::default() }).await.unwrap();
