@@ -274,7 +274,7 @@ fn metrics_are_those_of_the_table(exposition: &str) {
         "tabletopgen_jobs_finished_total{outcome=\"succeeded\",class=\"\"} 1",
         "tabletopgen_claims_total{outcome=\"claimed\"} 1",
         "tabletopgen_store_readable 1",
-        "tabletopgen_worker_slots_used 0",
+        "tabletopgen_worker_slots_used{kind=\"generate\"} 0",
         "tabletopgen_requests_refused_total{reason=\"host\"} 1",
     ] {
         assert!(exposition.lines().any(|exposed| exposed == line), "{line} in\n{exposition}");
