@@ -17,6 +17,8 @@ TARGET_DIR := $(abspath $(or $(CARGO_TARGET_DIR),target))
 export CARGO_TARGET_DIR := $(TARGET_DIR)
 CARGO ?= cargo
 export PYTHONDONTWRITEBYTECODE := 1
+# Where Python finds the package of tests and measurements.
+export PYTHONPATH := $(CURDIR)/python
 
 .PHONY: help build lab demo test programs bars train fuzz advisories
 
@@ -34,23 +36,23 @@ lab:
 
 demo: build
 	@python="$$(scripts/prerequisites.sh demo)" && if [ -n "$$python" ]; then \
-	    "$$python" scripts/demo.py --binary "$(TARGET_DIR)/release/tabletopgen"; else \
+	    "$$python" -m tabletopgen_checks.demo --binary "$(TARGET_DIR)/release/tabletopgen"; else \
 	    scripts/demo.sh "$(TARGET_DIR)/release/tabletopgen"; fi
 
 test:
-	@python="$$(scripts/prerequisites.sh)" && "$$python" scripts/test.py --target-dir "$(TARGET_DIR)"
+	@python="$$(scripts/prerequisites.sh)" && "$$python" -m tabletopgen_checks.test --target-dir "$(TARGET_DIR)"
 
 advisories:
-	@python="$$(scripts/prerequisites.sh)" && "$$python" scripts/tools.py advisories --target-dir "$(TARGET_DIR)"
+	@python="$$(scripts/prerequisites.sh)" && "$$python" -m tabletopgen_checks.tools advisories --target-dir "$(TARGET_DIR)"
 
 # FUZZ names the targets, FUZZ_SECONDS how long each runs
 fuzz:
-	@python="$$(scripts/prerequisites.sh fuzz)" && "$$python" scripts/fuzz.py --target-dir "$(TARGET_DIR)" \
+	@python="$$(scripts/prerequisites.sh fuzz)" && "$$python" -m tabletopgen_checks.fuzz --target-dir "$(TARGET_DIR)" \
 	    --seconds $(or $(FUZZ_SECONDS),600) $(if $(FUZZ),--only $(FUZZ))
 
 # After `make test`, which leaves sample scenes
 programs:
-	@python="$$(scripts/prerequisites.sh bars)" && "$$python" scripts/programs.py --target-dir "$(TARGET_DIR)"
+	@python="$$(scripts/prerequisites.sh bars)" && "$$python" -m tabletopgen_checks.judges.programs --target-dir "$(TARGET_DIR)"
 	@"$(TARGET_DIR)/judges/bin/python" tests/judges/judge.py --only readme "$(TARGET_DIR)"/sample/*/
 
 # TRAINING is the folder of images, frames, environment and network; IMAGES is the number of training images
@@ -67,5 +69,4 @@ train: lab
 BARS ?= sentences certified generate_time determinism kill certify_time picture_time remote_kill remote_fanout words reliability contract overload editing variants batches robot grasps episodes policy recordings rest categories
 bars: lab
 	@python="$$(scripts/prerequisites.sh bars)" && for bar in $(BARS); do \
-	    "$$python" -m bars.$$bar --target-dir "$(TARGET_DIR)" $(BARS_OPTIONS) || exit 1; done
-bars: export PYTHONPATH := scripts
+	    "$$python" -m tabletopgen_checks.bars.$$bar --target-dir "$(TARGET_DIR)" $(BARS_OPTIONS) || exit 1; done

@@ -2,7 +2,7 @@
 
     target/judges/bin/python tests/judges/rest.py BUNDLE_DIR... [--programs "MuJoCo 4.0.0,..."] [--seconds 5] [--json]
 
-Each example runs in a process and an environment of its own (`scripts/programs.py` makes those that are not the judges'),
+Each example runs in a process and an environment of its own (`tabletopgen_checks.judges.programs` makes those that are not the judges'),
 until five seconds are simulated. Then no object may be farther from its pose than a quarter of its smallest side, or
 turned by more than two degrees (or what rest_programs.toml says of its program), and no two bodies may be deeper in each
 other than a quarter of the thinner one's smallest side or 2 mm. One measure serves all programs: MuJoCo finds the depth of
@@ -164,7 +164,7 @@ def ended(bundle: Path, program: Program, duration_s: float):
     else:
         command = [folder / "bin/python", LINES, program.reader, duration_s]
     if not folder.is_dir():
-        return {}, f"there is no environment; scripts/programs.py {program.environment} makes it"
+        return {}, f"there is no environment; python -m tabletopgen_checks.judges.programs {program.environment} makes it"
     try:
         run = subprocess.run(
             [str(part) for part in command], cwd=bundle, input=codes[program.example], capture_output=True, text=True,

@@ -1,9 +1,9 @@
 //! Stand-ins: plain bodies for physical objects that the catalog lacks.
 //!
 //! A lexicon of about 19,000 nouns maps each to a rule with shape family, size range and substance, and to the nearest
-//! category of the catalog. `scripts/stand_ins.py` derives it from the hypernyms of WordNet 3.0 and from
-//! `config/catalog/stand_in_rules.toml`; it is compiled in as `config/catalog/stand_ins.tsv`. 23,000 more nouns are
-//! known as no object for a table, with the reason. Others are unknown.
+//! category of the catalog. The Python module `tabletopgen_checks.language.stand_ins` derives it from the hypernyms of
+//! WordNet 3.0 and from `config/catalog/stand_in_rules.toml`; it is compiled in as `config/catalog/stand_ins.tsv`.
+//! 23,000 more nouns are known as no object for a table, with the reason. Others are unknown.
 //!
 //! A stand-in is built like any object of the catalog: its [`Recipe`](crate::Recipe) names a hidden category per family
 //! (`stand_in_box`), which [`category`](crate::category) finds and [`categories`](crate::categories) does not list. The

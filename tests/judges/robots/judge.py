@@ -3,7 +3,7 @@
     judge.py FOLDER...
 
 Each folder holds robot.urdf, robot.xml, robot.usda and kinematics.json. Prints one line of JSON for each folder and
-judge; exit code 1 where one has a complaint. scripts/robots.py makes the environment and the folders.
+judge; exit code 1 where one has a complaint. tabletopgen_checks.robots makes the environment and the folders.
 """
 
 import importlib

@@ -3,7 +3,8 @@
     python check_bddl.py FOLDER [SCHEMA]
 
 FOLDER holds `domain.bddl` and, for each task, `NAME.bddl` and `NAME.json`, as `tabletopgen tasks --out` writes them;
-scripts/bars/robot.py asks for each scene. Exits with 1 if the parser or the schema refuses a file, or if a file states something else than the task.
+`tabletopgen_checks.bars.robot` asks for each scene. Exits with 1 if the parser or the schema refuses a file, or if a
+file states something else than the task.
 """
 
 import json

@@ -8,7 +8,7 @@ use scene::{InstanceId, Scene};
 use super::specimen::{NASTY_LABEL, files, files_with, settings, specimen, text};
 use crate::*;
 
-/// Writes a bundle for each form of USD under `target/specimen/` for the validators of `scripts/test.py`.
+/// Writes a bundle for each form of USD under `target/specimen/` for the validators of `make test`.
 #[test]
 fn specimen_bundles_are_written_for_external_validators() {
     for (name, form) in [("usda", UsdForm::Usda), ("usdc", UsdForm::Usdc), ("usdz", UsdForm::Usdz)] {

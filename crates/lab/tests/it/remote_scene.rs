@@ -216,7 +216,7 @@ async fn text_scene_over_network_matches_embedded_and_replays() {
     assert!(place_m < 0.02 && size < 0.05 && yaw_deg < 10.0, "{place_m} m, {size}, {yaw_deg} degrees");
 }
 
-/// On "not recorded": `scripts/cassette.py` records it again.
+/// On "not recorded": `python -m tabletopgen_checks.service.cassette` records it again.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn bundled_recording_replays() {
     let request = json!({ "text": "an apple on a plate and a fork beside it", "seed": SEED });

@@ -1,8 +1,8 @@
 //! Solves motion planning problems from a file and writes the paths, with the times that they took.
 //!
-//! `plan_problems PROBLEMS.json SOLUTIONS.json REPEATS [SEED]`; `scripts/robot_planning_bar.py` makes the problems and
-//! compares the solutions with those of another planner. Each problem is solved `REPEATS` times with the same random
-//! numbers, and the least times count.
+//! `plan_problems PROBLEMS.json SOLUTIONS.json REPEATS [SEED]`; `tabletopgen_checks.robots.planning_bar` makes the
+//! problems and compares the solutions with those of another planner. Each problem is solved `REPEATS` times with the
+//! same random numbers, and the least times count.
 
 mod problems;
 

@@ -1,4 +1,4 @@
-//! Parity with the reference implementation on the small random models of `scripts/golden/dinov2.py`, and
+//! Parity with the reference implementation on the small random models of `tabletopgen_checks.golden.dinov2`, and
 //! rejection of unfit files.
 
 use candle_core::safetensors::BufferedSafetensors;

@@ -1,5 +1,5 @@
-//! Parity with the reference implementation on the small random network of `scripts/golden/table_network.py`, and
-//! rejection of unfit files.
+//! Parity with the reference implementation on the small random network of `tabletopgen_checks.golden.table_network`,
+//! and rejection of unfit files.
 
 use candle_core::DType;
 

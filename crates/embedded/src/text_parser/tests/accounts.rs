@@ -7,7 +7,7 @@ use crate::text_parser::verbs::verbs;
 use scene::text_account::{TextMeaning, TextSpan, Understood};
 use scene::{InstanceId, ObjectSpec};
 
-/// The texts of `tests/words`, of the parser's tests and of `scripts/sentences.toml`.
+/// The texts of `tests/words` and of the parser's tests.
 fn texts() -> Vec<String> {
     let mut texts: Vec<String> = Vec::new();
     for file in [
@@ -32,7 +32,7 @@ fn texts() -> Vec<String> {
         include_str!("kinds.rs"),
         include_str!("names.rs"),
         include_str!("stand_ins.rs"),
-        include_str!("../../../../../scripts/sentences.toml"),
+        include_str!("../../../../../tests/words/scenes.toml"),
     ] {
         let quoted = file.lines().flat_map(|line| line.split('"').skip(1).step_by(2));
         texts.extend(

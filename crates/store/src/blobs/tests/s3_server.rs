@@ -1,5 +1,5 @@
-//! The S3 server of the tests: that of `TABLETOPGEN_TEST_S3_URL`, or one that `scripts/s3.py` starts and that ends with
-//! this process.
+//! The S3 server of the tests: that of `TABLETOPGEN_TEST_S3_URL`, or one that the Python module
+//! `tabletopgen_checks.service.s3` starts and that ends with this process.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -88,7 +88,8 @@ fn start() -> String {
         PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("cargo runs the tests")).join("../..");
     let target = std::env::var("CARGO_TARGET_DIR").map_or_else(|_| root.join("target"), PathBuf::from);
     let mut program = Command::new("python3")
-        .arg(root.join("scripts/s3.py"))
+        .args(["-m", "tabletopgen_checks.service.s3"])
+        .env("PYTHONPATH", root.join("python"))
         .arg("--target-dir")
         .arg(target)
         .args(["sh", "-c", HOLD])
@@ -99,7 +100,10 @@ fn start() -> String {
     let mut address = String::new();
     let output = program.stdout.take().expect("is piped");
     BufReader::new(output).read_line(&mut address).expect("reads");
-    assert!(address.starts_with("http://"), "scripts/s3.py started no S3 server; what it said is above");
+    assert!(
+        address.starts_with("http://"),
+        "tabletopgen_checks.service.s3 started no S3 server; what it said is above"
+    );
     // The input stays open as long as this process lives.
     std::mem::forget(program);
     address.trim().to_owned()

@@ -1,0 +1,1 @@
+"""Tests, measurements and independent judges of tabletopgen."""

@@ -1,0 +1,1 @@
+"""Datasets of episodes, judged by the programs that read them."""

@@ -1,0 +1,223 @@
+"""Runs the commands of the documents as they are printed, against the program and a server of it.
+
+    PYTHONPATH=python python3 -m tabletopgen_checks.documents [--target-dir target] [--program target/debug/tabletopgen]
+
+A fence that begins with ```sh or ```python runs; `sh exit=1` ends with that code. A fence ```output holds the whole output
+of the fence before; a line `...` in it stands for any lines. Documents of a group run one after the other in one shell and one
+folder, so that a later one may use the scenes and variables of an earlier one. `localhost:8080` is the server.
+
+A fence without a language that looks like commands is listed in LEFT_OUT with the reason why it does not run.
+"""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.service.server import Server
+
+GROUPS = [
+    ["README.md"],
+    ["docs/user_guide.md", "docs/tasks.md", "docs/episodes.md", "docs/robots.md", "docs/datasets.md", "docs/operations.md"],
+]
+# Document and first line of a fence, and why it does not run.
+LEFT_OUT = {
+    ("README.md", "make demo    # builds, starts the server, makes one scene from a sentence and one from an image, unpacks both to out/"):
+        "`make test` is what runs these fences",
+    ("docs/user_guide.md", "tabletopgen-lab evaluate --set layout --difficulty clean      # 78 scenes: yaw, position, scale against ground truth"):
+        "takes hours; the bars run them",
+    ("docs/episodes.md", 'tabletopgen episodes --scene out/desk --task "put the apple on the plate" --count 50 --out out/apple'):
+        "an hour; the user guide records one episode",
+    ("docs/episodes.md", "curl -s localhost:8080/scenes/$SCENE/episodes -H 'content-type: application/json' -d '{"):
+        "half an hour; tests/it/api/episodes.rs records over HTTP",
+    ("docs/episodes.md", "curl -sN localhost:8080/episodes/$RECORDING/events -H 'accept: text/event-stream'"):
+        "needs the recording before",
+    ("docs/episodes.md", "make bars BARS=policy    # an hour or more on two cores; datasets are kept below target/bars/policy"):
+        "an hour",
+    ("docs/episodes.md", "cargo run -p tabletopgen-episodes --example synthetic -- out/synthetic    # small episodes in every format"):
+        "compiles an example; `make test` runs the judges of episodes",
+    ("docs/robots.md", "cargo run -p tabletopgen-robot --example write_robot -- piper out/piper"):
+        "compiles an example",
+    ("docs/datasets.md", "import glob, json, webdataset"):
+        "wants the package webdataset; the bar `batches` streams shards with it",
+    ("docs/operations.md", "tabletopgen serve --listen 127.0.0.1:8080 --data-dir data --config server.toml"):
+        "does not end; every other fence uses such a server",
+    ("docs/operations.md", 'pg_dump --format=custom --file=tabletopgen.dump "$URL"      # first: every row has its blob'):
+        "wants PostgreSQL and a bucket",
+}
+# What a line of commands begins with.
+COMMAND = re.compile(
+    r"(\$ )?([A-Z_]+=\S* )*(tabletopgen|target/release/|curl|make|cargo|python3?|pip|docker|kubectl|psql|pg_dump|aws|npx?)\b"
+)
+# A fence that takes longer hangs.
+SECONDS = 300
+
+
+@dataclass
+class Fence:
+    document: str
+    # Of the line with the backticks, from 1.
+    line: int
+    language: str
+    options: str
+    text: str
+
+    @property
+    def first(self) -> str:
+        return self.text.split("\n", 1)[0]
+
+    @property
+    def exit_code(self) -> int:
+        found = re.search(r"exit=(\d+)", self.options)
+        return int(found.group(1)) if found else 0
+
+    @property
+    def place(self) -> str:
+        return f"{self.document}:{self.line}"
+
+    def looks_like_commands(self) -> bool:
+        return any(COMMAND.match(line) for line in self.text.split("\n"))
+
+
+def fences(document: str, text: str) -> list:
+    """The fences of a document in their order."""
+    found, begun = [], None
+    for number, line in enumerate(text.split("\n"), 1):
+        mark = re.fullmatch(r"```(\w*) ?(.*)", line)
+        if begun is None and mark:
+            begun = Fence(document, number, mark.group(1), mark.group(2), "")
+        elif begun is not None and line == "```":
+            begun.text = begun.text[:-1]
+            found.append(begun)
+            begun = None
+        elif begun is not None:
+            begun.text += f"{line}\n"
+    if begun is not None:
+        raise Problem(f"the fence of {begun.place} does not end")
+    return found
+
+
+def complaints(every: list, left_out: dict) -> list:
+    """Fences with commands that neither run nor are left out for a reason, and reasons that are of no fence."""
+    found, seen = [], set()
+    for fence in every:
+        seen.add((fence.document, fence.first))
+        if fence.language == "" and fence.looks_like_commands():
+            if (fence.document, fence.first) not in left_out:
+                found.append(f"{fence.place}: begin the fence with ```sh so that it runs, or list it in LEFT_OUT: {fence.first}")
+    unused = [key for key in left_out if key not in seen]
+    return found + [f"LEFT_OUT lists a fence that {document} does not have: {first}" for document, first in unused]
+
+
+def is_run(fence: Fence) -> bool:
+    return fence.language in ("sh", "python") and (fence.document, fence.first) not in LEFT_OUT
+
+
+def script(every: list, folder: Path) -> str:
+    """The fences as one script; each leaves its output and errors in `folder`, and the last one begun is in `begun`."""
+    lines = ["set -o pipefail"]
+    for number, fence in enumerate(every):
+        if not is_run(fence):
+            continue
+        body = fence.text
+        if fence.language == "python":
+            path = folder / f"{number}.py"
+            path.write_text(f"{body}\n", encoding="utf-8")
+            body = f'"{sys.executable}" "{path}"'
+        lines += [
+            f'echo {number} > "{folder}/begun"',
+            "set +e" if fence.exit_code else "set -e",
+            "{",
+            body,
+            f'}} > "{folder}/{number}.out" 2> "{folder}/{number}.err"',
+        ]
+        if fence.exit_code:
+            lines.append(f"[ $? = {fence.exit_code} ] || exit 99")
+    return "\n".join([*lines, f'echo end > "{folder}/begun"', ""])
+
+
+def same(expected: str, found: str) -> bool:
+    """Whether an output is the printed one, in which a line `...` stands for any lines."""
+    parts = re.split(r"(?m)^\.\.\.\n", f"{expected.rstrip()}\n")
+    pattern = "(?:.*\n)*".join(re.escape(part) for part in parts)
+    return re.fullmatch(pattern, f"{found.rstrip()}\n") is not None
+
+
+def run(every: list, program: Path, work: Path) -> float:
+    """Runs the fences of a group in a folder; the CPU seconds of the commands."""
+    home, told = work / "home", work / "told"
+    for folder in (home / "target/release", home / "bin", told):
+        folder.mkdir(parents=True)
+    for name in ("tabletopgen", "tabletopgen-lab"):
+        for place in (home / "bin", home / "target/release"):
+            (place / name).symlink_to(program.with_name(name))
+    (home / "docs").symlink_to(ROOT / "docs")
+    # An answer that is an error ends a command; as they are printed they show it.
+    (work / ".curlrc").write_text("fail-with-body\n", encoding="utf-8")
+    with Server(program, home / "data", work / "log") as server:
+        words = script(every, told).replace("localhost:8080", f"127.0.0.1:{server.port}")
+        for path in told.glob("*.py"):
+            text = path.read_text(encoding="utf-8")
+            path.write_text(text.replace("localhost:8080", f"127.0.0.1:{server.port}"), encoding="utf-8")
+        environment = dict(os.environ, PATH=f"{home / 'bin'}:{os.environ['PATH']}", CURL_HOME=str(work))
+        before = os.times()
+        try:
+            done = subprocess.run(
+                ["bash", "-c", words], cwd=home, env=environment, stdin=subprocess.DEVNULL, timeout=SECONDS * 4
+            )
+        except subprocess.TimeoutExpired:
+            raise Problem(f"{every[int((told / 'begun').read_text())].place} takes too long")
+        after = os.times()
+    begun = (told / "begun").read_text().strip()
+    if begun != "end":
+        fence = every[int(begun)]
+        said = "".join((told / f"{begun}.{kind}").read_text(encoding="utf-8") for kind in ("out", "err"))
+        raise Problem(f"{fence.place} ended with exit code {done.returncode}: {fence.text}\n{said[-2000:]}")
+    for number, fence in enumerate(every):
+        if fence.language == "output":
+            found = (told / f"{number - 1}.out").read_text(encoding="utf-8")
+            if not same(fence.text, found):
+                raise Problem(f"{fence.place} prints another output than there is:\n{found}")
+    return after.children_user + after.children_system - before.children_user - before.children_system
+
+
+def check(program: Path, groups: list) -> str:
+    """A line about the documents of some groups; a problem for the first command that fails, and for fences of any document
+    that neither run nor are left out."""
+    every = {name: fences(name, (ROOT / name).read_text(encoding="utf-8")) for group in GROUPS for name in group}
+    if found := complaints([fence for part in every.values() for fence in part], LEFT_OUT):
+        raise Problem("\n".join(found))
+    ran, cpu_s = 0, 0.0
+    for group in groups:
+        of_group = [fence for name in group for fence in every[name]]
+        with tempfile.TemporaryDirectory(prefix="tabletopgen-documents-") as work:
+            began = time.monotonic()
+            used = run(of_group, program.resolve(), Path(work))
+            print(f"   {', '.join(group)}: {used:.0f} CPU s of commands, {time.monotonic() - began:.0f} s", flush=True)
+            cpu_s += used
+        ran += sum(map(is_run, of_group))
+    return f"{ran} fences of {sum(map(len, groups))} documents run as they are printed"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Run the commands of the documents.")
+    parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
+    parser.add_argument("--program", type=Path)
+    given = parser.parse_args()
+    try:
+        print(check(given.program or given.target_dir / "debug" / "tabletopgen", GROUPS))
+    except Problem as problem:
+        print(problem, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

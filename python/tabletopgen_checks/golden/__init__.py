@@ -1,0 +1,1 @@
+"""Reference values of tests/golden, computed by the reference implementations."""

@@ -1,0 +1,1 @@
+"""The independent programs of tests/judges: their environments, and how they are asked."""

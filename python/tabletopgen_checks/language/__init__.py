@@ -1,0 +1,1 @@
+"""Texts, what the parser should make of them, and whether a scene is as its text says."""

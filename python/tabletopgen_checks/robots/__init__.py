@@ -1,0 +1,1 @@
+"""Robots at work: tasks, their execution, and the planner beside another one."""

@@ -1,0 +1,1 @@
+"""Finished scenes: made by the program, read from their bundles, and measured."""

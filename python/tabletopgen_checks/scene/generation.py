@@ -1,0 +1,110 @@
+"""`tabletopgen generate` as the scripts call it, and fingerprints of what it writes."""
+
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from tabletopgen_checks.problem import Problem
+
+
+@dataclass
+class Generated:
+    folder: Path
+    seconds: float
+    cpu_s: float
+    told: dict
+
+
+def generate(
+    binary: Path, out: Path, wish, seed: int, threads=None, environment=None, data=None, seconds=600, artifacts=False
+) -> Generated:
+    """Makes one scene from a sentence, or from the picture at a `Path`, in an empty data directory, or in `data`; `told` is
+    what `--json` printed. With `artifacts` the bundle's folder also gets what every stage put aside.
+
+    A scene that its own certificate quarantines is made all the same: look at `told["verdict"]`.
+    """
+    if out.exists():
+        shutil.rmtree(out)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    asked = ["--image" if isinstance(wish, Path) else "--text", str(wish)]
+    command = [str(binary), "generate", *asked, "--seed", str(seed), "--out", str(out), "--json"]
+    command += ["--threads", str(threads)] if threads else []
+    command += ["--artifacts"] if artifacts else []
+    command += ["--data-dir", str(data)] if data else []
+    start = time.perf_counter()
+    try:
+        run = run_alone(command, seconds, dict(os.environ, **(environment or {})))
+    except subprocess.TimeoutExpired:
+        raise Problem(f"{asked[1]!r} was not done within {seconds} s")
+    except OSError as error:
+        raise Problem(f"{binary} does not start: {error.strerror}; build it with `make build`")
+    took = time.perf_counter() - start
+    try:
+        told = json.loads(run.stdout)
+    except ValueError:
+        told = None
+    # 3 is a quarantined scene, whose bundle is written.
+    if run.exit_code not in (0, 3) or told is None:
+        last = "\n  ".join((run.stderr or run.stdout).strip().splitlines()[-12:])
+        why = (told or {}).get("failure", {}).get("message") or f"exit code {run.exit_code}:\n  {last}"
+        raise Problem(f"{asked[1]!r} gave no scene: {why}")
+    return Generated(out, took, run.cpu_s, told)
+
+
+@dataclass
+class Run:
+    exit_code: int
+    stdout: str
+    stderr: str
+    # Of this process and what it waited for, whatever else runs at the same time.
+    cpu_s: float
+
+
+def run_alone(command: list, seconds: float, environment: dict) -> Run:
+    with tempfile.TemporaryFile() as stdout, tempfile.TemporaryFile() as stderr:
+        process = subprocess.Popen(command, stdout=stdout, stderr=stderr, env=environment)
+        late = threading.Event()
+        timer = threading.Timer(seconds, lambda: (late.set(), process.kill()))
+        timer.start()
+        try:
+            _, status, usage = os.wait4(process.pid, 0)
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            timer.cancel()
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if late.is_set():
+            raise subprocess.TimeoutExpired(command, seconds)
+        told = []
+        for file in (stdout, stderr):
+            file.seek(0)
+            told.append(file.read().decode("utf-8", "replace"))
+    return Run(process.returncode, *told, usage.ru_utime + usage.ru_stime)
+
+
+def fingerprint(folder: Path) -> str:
+    """One digest over the names and bytes of every file below the folder."""
+    whole = hashlib.sha256()
+    for path in sorted(p for p in folder.rglob("*") if p.is_file()):
+        name = path.relative_to(folder).as_posix()
+        whole.update(f"{name}\0{hashlib.sha256(path.read_bytes()).hexdigest()}\n".encode())
+    return whole.hexdigest()
+
+
+def differing_files(a: Path, b: Path) -> list:
+    """Files that only one of two folders has, or that differ."""
+    names = {p.relative_to(f).as_posix() for f in (a, b) for p in f.rglob("*") if p.is_file()}
+
+    def content(folder, name):
+        path = folder / name
+        return path.read_bytes() if path.is_file() else None
+
+    return sorted(name for name in names if content(a, name) != content(b, name))

@@ -1,0 +1,1 @@
+"""The server, and the private PostgreSQL and S3 servers beside it."""

@@ -1,0 +1,397 @@
+"""`make test`: everything, from formatting to independent programs that judge what comes out.
+
+    PYTHONPATH=python python3 -m tabletopgen_checks.test [--target-dir target]
+
+Stops at the first step that fails and says which; the last line is a summary either way.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from tabletopgen_checks import cargo_results, tools
+from tabletopgen_checks import documents as documented
+from tabletopgen_checks.background import Beside
+from tabletopgen_checks.edits import sample as edit_sample
+from tabletopgen_checks.judges import rest_sample
+from tabletopgen_checks.judges.judging import JUDGE_NAMES, JUDGES, complaints, finish_setup, judge_beside, start_setup
+from tabletopgen_checks.language import sample as words_sample
+from tabletopgen_checks.language.sentences import differences, sentences
+from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import PYTHON, ROOT
+from tabletopgen_checks.robots import sample as robot_sample
+from tabletopgen_checks.scene.generation import differing_files, generate
+from tabletopgen_checks.service import postgres
+
+CARGO = os.environ.get("CARGO", "cargo")
+KILLS = 6
+# The bar of reliability with counts that take less than a minute.
+RELIABILITY = ["--only", "kills,posts", "--kills", "8", "--posts", "50"]
+# Drake and PyBullet take up to a minute of processor time per simulated second, and the README's examples two minutes.
+# The first scene gets a second and the examples, some more get a quarter of a second, and the others are not simulated
+# there; `make bars BARS=sentences` gives all of them five seconds.
+SLOW_JUDGES = ("bullet", "sdf")
+JUDGED_LONGER, JUDGED_BRIEFLY = 1, 3
+SLOW_SECONDS_LONGER, SLOW_SECONDS = 1.0, 0.25
+# The judges' own test breaks a bundle five dozen times: the smaller the better.
+SMALL_SCENE = "An office desk with exactly a mug and a book and nothing else"
+# Where tests leave what the judges are asked about; not the target directory, of which they do not know.
+LEFT = ROOT / "target"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Run every test.")
+    parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
+    target = parser.parse_args().target_dir.resolve()
+    environment = target / "judges"
+    start, done, took = time.monotonic(), [], {}
+    # The judges' environment comes over the network while the compiler works.
+    setup = start_setup(environment)
+    kills = Beside()
+
+    def finish_environment():
+        finish_setup(setup)
+        return f"ready, of Python {sys.version_info[0]}.{sys.version_info[1]}"
+
+    def judge_layers_beside_kills():
+        # These judges and the killed server keep one core busy each.
+        start_kills(kills, target)
+        return judge_layers(environment)
+
+    steps = [
+        # Those that answer within seconds come first.
+        ("architecture", lambda: cargo_test("--package", "tabletopgen-tidy")),
+        ("formatting", lambda: cargo("fmt", "--all", "--check")),
+        ("Python", test_package),
+        ("dependencies", lambda: check_dependencies(target / "tools")),
+        ("clippy", lambda: cargo("clippy", "--workspace", "--locked", "--all-targets", "--", "-D", "warnings")),
+        ("documentation", document),
+        ("cargo test", lambda: with_postgres(target, test_workspace)),
+        ("programs", build_programs),
+        ("words", lambda: check_words(target)),
+        ("sample scenes", lambda: make_sample(target)),
+        ("judges' environment", finish_environment),
+        ("judges", lambda: judge_sample(target, environment)),
+        ("rest in simulators", lambda: check_rest(target, environment)),
+        ("categories", lambda: check_categories(target)),
+        ("edits", lambda: check_edits(target, environment)),
+        ("robot and episodes", lambda: check_robot(target)),
+        ("documents", lambda: check_documents(target)),
+        ("layers of USD", judge_layers_beside_kills),
+        ("judges' own test", lambda: test_judges(target, environment)),
+        ("killed while models are asked", lambda: finish_kills(kills)),
+        ("killed on both stores", lambda: check_reliability(target)),
+        ("segmentation sidecar", lambda: test_sidecar(environment)),
+    ]
+    code = 1
+    try:
+        for name, step in steps:
+            print(f"== {name}", flush=True)
+            began = time.monotonic()
+            try:
+                done.append(f"{name}: {step()}")
+            finally:
+                took[name] = time.monotonic() - began
+            print(f"== {done[-1]} ({took[name]:.0f} s)", flush=True)
+        code = 0
+    except Problem as problem:
+        print(f"== {name} FAILED: {problem}", flush=True)
+        done.append(f"{name} FAILED")
+    except KeyboardInterrupt:
+        done.append(f"{name} interrupted")
+    finally:
+        kills.stop()
+        if setup.poll() is None:
+            setup.terminate()
+            setup.wait()
+    minutes = (time.monotonic() - start) / 60
+    for name, seconds in sorted(took.items(), key=lambda step: -step[1]):
+        print(f"   {seconds:6.0f} s  {name}")
+    print(f"make test: {'all passed' if code == 0 else 'FAILED'} in {minutes:.1f} min ({'; '.join(done)})")
+    return code
+
+
+def run(command, environment=None) -> None:
+    """Lets a command speak for itself."""
+    code = subprocess.run(
+        [str(part) for part in command], cwd=ROOT, env=environment_with(environment), stdin=subprocess.DEVNULL
+    ).returncode
+    if code != 0:
+        raise Problem(ended(command, code))
+
+
+def streamed(command, environment=None, errors=None, shown=True) -> tuple:
+    """The exit code and the lines of a command's output; with `errors`, its errors too. Shown as they come, or not."""
+    lines = []
+    with subprocess.Popen(
+        [str(part) for part in command],
+        cwd=ROOT,
+        env=environment_with(environment),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=errors,
+        text=True,
+        errors="replace",
+    ) as process:
+        for line in process.stdout:
+            if shown:
+                sys.stdout.write(line)
+                sys.stdout.flush()
+            lines.append(line)
+        code = process.wait()
+    return code, lines
+
+
+def said(command, environment=None) -> list:
+    """The lines of a command that has to succeed."""
+    code, lines = streamed(command, environment)
+    if code != 0:
+        raise Problem(ended(command, code))
+    return lines
+
+
+def environment_with(more):
+    return dict(os.environ, **(more or {}))
+
+
+def ended(command, code) -> str:
+    return f"`{' '.join(map(str, command))}` ended with exit code {code}; see above"
+
+
+def cargo(*arguments, environment=None) -> str:
+    run([CARGO, *arguments], environment)
+    return "clean"
+
+
+def document() -> str:
+    flags = f"{os.environ.get('RUSTDOCFLAGS', '')} -D warnings".strip()
+    return cargo("doc", "--workspace", "--no-deps", "--locked", environment={"RUSTDOCFLAGS": flags})
+
+
+def check_dependencies(folder: Path) -> str:
+    """deny.toml says what may be there; what is there has to be used."""
+    programs = tools.installed(folder)
+    run([programs / "cargo-deny", "--locked", "check", "--hide-inclusion-graph", *tools.CHECKS])
+    run([programs / "cargo-shear", "--locked"])
+    return "allowed and used"
+
+
+def test_package() -> str:
+    folder = Path(__file__).with_name("tests")
+    unittest = [sys.executable, "-m", "unittest", "discover", "--buffer"]
+    run([*unittest, "--start-directory", folder, "--top-level-directory", PYTHON])
+    return "as they should be"
+
+
+def with_postgres(target: Path, step) -> str:
+    """Runs a step beside a private server, unless the environment names one."""
+    if postgres.VARIABLE in os.environ:
+        return step()
+    with postgres.Postgres(target) as server:
+        os.environ[postgres.VARIABLE] = server.url()
+        try:
+            return step()
+        finally:
+            del os.environ[postgres.VARIABLE]
+
+
+def cargo_test(*arguments, more=None, shown=True) -> str:
+    """What cargo's tests are, as a sentence. What they print is shown as it comes, or else at the end in one piece."""
+    # Without an adapter the tests of the GPU kernels fail instead of passing by doing nothing.
+    environment = {"TABLETOPGEN_GPU_TESTS": os.environ.get("TABLETOPGEN_GPU_TESTS", "require"), **(more or {})}
+    command = [CARGO, "test", "--locked", *arguments]
+    # In one stream, so that it can be told which program a failing test is of.
+    code, lines = streamed(command, environment, errors=subprocess.STDOUT, shown=shown)
+    if not shown:
+        sys.stdout.write("".join(lines))
+        sys.stdout.flush()
+    results = cargo_results.read(lines)
+    if code != 0:
+        raise Problem(results.complaint() or ended(command, code))
+    if results.passed == 0:
+        raise Problem("no test ran")
+    return results.summary()
+
+
+def test_workspace() -> str:
+    """The integration tests, which wait more than they compute, beside all others."""
+    for name in ("usd_layers", "specimen"):
+        shutil.rmtree(LEFT / name, ignore_errors=True)
+    cargo("test", "--workspace", "--locked", "--no-run")
+    with ThreadPoolExecutor(2) as pool:
+        lanes = [pool.submit(test_integration), pool.submit(test_units)]
+    wrong = [str(lane.exception()) for lane in lanes if isinstance(lane.exception(), Problem)]
+    if wrong:
+        raise Problem("; ".join(wrong))
+    return "; ".join(lane.result() for lane in lanes)
+
+
+def test_integration() -> str:
+    """On SQLite, and those that start servers once more on PostgreSQL. Left out there are those that open the SQLite file
+    or expect that a lease in it ends with its process."""
+    on_sqlite = cargo_test("--workspace", "--no-fail-fast", "--test", "it", shown=False)
+    tests = ("api::", "worker::lifecycle", "worker::drain", "worker::single_flight")
+    postgres_too = {"TABLETOPGEN_TEST_DATABASE": "postgres"}
+    asked = ("--workspace", "--no-fail-fast", "--test", "it", "--", *tests)
+    return f"integration {on_sqlite}; on PostgreSQL {cargo_test(*asked, more=postgres_too, shown=False)}"
+
+
+def test_units() -> str:
+    # Every test program but those named `it`: names of another first letter, and longer ones of this.
+    programs = ("--lib", "--bins", "--test", "[!i]*", "--test", "i??*")
+    units = cargo_test("--workspace", "--no-fail-fast", *programs)
+    return f"others {units}; in documentation {cargo_test('--workspace', '--no-fail-fast', '--doc')}"
+
+
+def build_programs() -> str:
+    """A program that no integration test starts is not there yet. With the tests named, nothing is compiled twice."""
+    cargo("build", "--workspace", "--locked", "--bins", "--tests", "--examples")
+    return "built"
+
+
+def start_kills(kills: Beside, target: Path):
+    """A few of the kills of `make bars BARS=remote_kill`."""
+    command = [sys.executable, "-m", "tabletopgen_checks.bars.remote_kill", "--target-dir", target, "--kills", KILLS, "--draw", "2"]
+    command += ["--program", target / "debug" / "tabletopgen"]
+    kills.start(command, ROOT)
+
+
+def finish_kills(kills: Beside) -> str:
+    kills.finish()
+    return f"{KILLS} kills, nothing billed twice that is not in the ledger"
+
+
+def check_reliability(target: Path) -> str:
+    """A few of the kills of `make bars BARS=reliability`, on SQLite and on a private PostgreSQL with a private S3."""
+    command = [sys.executable, "-m", "tabletopgen_checks.bars.reliability", "--target-dir", target, "--page", "no", *RELIABILITY]
+    run([*command, "--program", target / "debug" / "tabletopgen"])
+    return "nothing lost, repeated or committed twice; identical requests make one scene"
+
+
+def test_sidecar(environment: Path) -> str:
+    """The protocol of docker/grounded-sam2, with a model that finds a square."""
+    folder = ROOT / "docker/grounded-sam2"
+    run([environment / "bin/python", "-m", "unittest", "discover", "--start-directory", folder, "--top-level-directory", folder])
+    return "answers its protocol"
+
+
+def judge_layers(environment: Path) -> str:
+    """What a test left: random layers in both forms, and one bundle in each form of USD."""
+    python = environment / "bin/python"
+    lines = said([python, JUDGES / "usd_layers.py", LEFT / "usd_layers"])
+    bundles = [LEFT / "specimen" / form for form in ("usda", "usdc", "usdz")]
+    run([python, JUDGES / "judge.py", "--only", "schema,usd,robotics_prop,marks,readme", *bundles])
+    return lines[-1].strip()
+
+
+def check_words(target: Path) -> str:
+    programs, folder = target / "debug", target / "words"
+    # Scenes of an earlier run would be taken for those of this one.
+    shutil.rmtree(folder, ignore_errors=True)
+    return words_sample.check(programs / "tabletopgen-lab", programs / "tabletopgen", folder)
+
+
+def check_edits(target: Path, environment: Path) -> str:
+    programs, folder = target / "debug", target / "edits"
+    # Scenes of an earlier run would be taken for those of this one.
+    shutil.rmtree(folder, ignore_errors=True)
+    return edit_sample.check(programs / "tabletopgen-lab", programs / "tabletopgen", folder, environment)
+
+
+def check_rest(target: Path, environment: Path) -> str:
+    """A few scenes and programs of `make bars BARS=rest`."""
+    return rest_sample.check(target / "debug" / "tabletopgen", target / "rest_sample", environment)
+
+
+def check_categories(target: Path) -> str:
+    """The scenes of `make bars BARS=categories` that once were not certified."""
+    command = [sys.executable, "-m", "tabletopgen_checks.bars.categories", "--target-dir", target, "--part", "sample"]
+    run([*command, "--uncommitted", "--program", target / "debug" / "tabletopgen"])
+    return "certified"
+
+
+def check_documents(target: Path) -> str:
+    """The fences of README; those of the guide take many minutes: `PYTHONPATH=python python3 -m tabletopgen_checks.documents` runs them all."""
+    return documented.check(target / "debug" / "tabletopgen", documented.GROUPS[:1])
+
+
+def check_robot(target: Path) -> str:
+    return robot_sample.check(target / "debug" / "tabletopgen", target / "robot_sample", target)
+
+
+def make_sample(target: Path) -> str:
+    # The development build is optimized and there already; building for release would take longer.
+    binary = target / "debug" / "tabletopgen"
+    wanted = [(sample_folder(target, sentence), sentence.text, sentence.seed, 1) for sentence in chosen()]
+    wanted += [(folder_of_threads(target, s), s.text, s.seed, 2) for s in chosen() if s.threads]
+    wanted.append((small_folder(target), SMALL_SCENE, 1, 1))
+    slowest, made = 0.0, {}
+    with ThreadPoolExecutor(2) as pool:
+        for scene in pool.map(lambda one: generate(binary, *one[:3], threads=one[3]), wanted):
+            made[scene.folder] = scene
+    for sentence in chosen():
+        scene = made[sample_folder(target, sentence)]
+        slowest = max(slowest, scene.seconds)
+        wrong = differences(sentence, scene.folder) + scene.told["reasons"]
+        print(f"   {sentence.name}: {sentence.objects} objects in {scene.seconds:.1f} s {'; '.join(wrong)}", flush=True)
+        if wrong:
+            raise Problem(f"{sentence.name}: {'; '.join(wrong)}")
+        if sentence.threads:
+            if differing := differing_files(scene.folder, folder_of_threads(target, sentence)):
+                raise Problem(f"one thread and two give other bytes: {', '.join(differing[:10])}")
+            print(f"   {sentence.name}: the same bytes with one thread and with two", flush=True)
+    return f"{len(chosen())} scenes as asked for, two at once, the slowest in {slowest:.1f} s"
+
+
+def chosen():
+    return [sentence for sentence in sentences() if sentence.sample]
+
+
+def sample_folder(target: Path, sentence) -> Path:
+    return target / "sample" / sentence.name
+
+
+def folder_of_threads(target: Path, sentence) -> Path:
+    return target / "sample_of_two_threads" / sentence.name
+
+
+def small_folder(target: Path) -> Path:
+    return target / "sample_small" / "mug_and_book"
+
+
+def judge_sample(target: Path, environment: Path) -> str:
+    bundles = [sample_folder(target, sentence) for sentence in chosen()]
+    # NVIDIA's judges take a second a prop: they see the layers a test left and the small scene, in other steps.
+    fully = [name for name in JUDGE_NAMES if name != "robotics_prop"]
+    briefly = [name for name in fully if name != "readme"]
+    quickly = [name for name in briefly if name not in SLOW_JUDGES]
+    longer, others = bundles[:JUDGED_LONGER], bundles[JUDGED_LONGER:]
+    findings = judge_beside(environment, [
+        {"bundles": longer, "only": fully, "slow_seconds": SLOW_SECONDS_LONGER},
+        {"bundles": others[:JUDGED_BRIEFLY], "only": briefly, "slow_seconds": SLOW_SECONDS},
+        {"bundles": others[JUDGED_BRIEFLY:], "only": quickly},
+    ])
+    for bundle in bundles:
+        verdicts = findings["bundles"][str(bundle.resolve())]
+        words = [f"{name} {v['facts'].get('seconds', 0):.1f} s" for name, v in verdicts.items()]
+        print(f"   {bundle.name}: {', '.join(words)}", flush=True)
+        for complaint in complaints(findings, bundle)[:20]:
+            print(f"     - {complaint}", flush=True)
+    if not findings["accepted"]:
+        raise Problem(f"not every judge accepts, or too few bodies rest ({findings['dss_mujoco']:.3f} of them)")
+    told = f"all accept {len(bundles)} bundles; in MuJoCo {100 * findings['dss_mujoco']:.1f} % rest"
+    return "; ".join([told] + [f"LEFT OUT: {name} ({why})" for name, why in findings["left_out"].items()])
+
+
+def test_judges(target: Path, environment: Path) -> str:
+    lines = said([environment / "bin/python", JUDGES / "test_judges.py", small_folder(target)])
+    return lines[-1].strip() if lines else "silent"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
