@@ -64,7 +64,7 @@ def read_parts(path):
 
 
 def write_obj(path, corners, triangles):
-    lines = ["v %.17g %.17g %.17g" % tuple(p) for p in corners] + ["f %d %d %d" % tuple(t + 1) for t in triangles]
+    lines = [f"v {x:.17g} {y:.17g} {z:.17g}" for x, y, z in corners] + [f"f {a} {b} {c}" for a, b, c in triangles + 1]
     path.write_text("\n".join(lines) + "\n")
 
 

@@ -1,8 +1,9 @@
 """From painted folders to the frames a network sees and the maps it should answer with.
 
 A picture is looked at twice: first the whole of it, then the part that shows the top and what stands on it, larger. A frame
-is what is looked at, scaled until it fits, in the middle, the rest filled with its edge pixels. Maps lie on every second pixel of the frame (STRIDE). One look at one painted picture becomes one row of a few
-arrays that stay on disk (memory-mapped), so that training reads no JPEG twice.
+is what is looked at, scaled until it fits, in the middle, the rest filled with its edge pixels. Maps lie on every second
+pixel of the frame (STRIDE). One look at one painted picture becomes one row of a few arrays that stay on disk
+(memory-mapped), so that training reads no JPEG twice.
 """
 
 import json
@@ -54,7 +55,8 @@ class Look:
         """At the part that shows the box (left, upper, right, lower), in the shape that shows it larger, with as much around it
         as the frame has room for."""
         wanted = max(box[2] - box[0], 1), max(box[3] - box[1], 1)
-        scale_in = lambda shape: min(shape[0] / wanted[0], shape[1] / wanted[1])
+        def scale_in(shape):
+            return min(shape[0] / wanted[0], shape[1] / wanted[1])
         shape = max(CLOSER, key=scale_in)
         scale = min(scale_in(shape), MOST_SCALE)
         edges = []

@@ -24,7 +24,8 @@ def elevation_of(by_name, cameras_px):
     `by_name` are the maps by name, `cameras_px` (N) the longer side of each picture in frame pixels.
     """
     weight = by_name["outline"][:, 0].sigmoid()
-    mean = lambda values: (values * weight).sum((1, 2)) / weight.sum((1, 2)).clamp(min=1e-3)
+    def mean(values):
+        return (values * weight).sum((1, 2)) / weight.sum((1, 2)).clamp(min=1e-3)
     log_focal = mean(by_name["focal"][:, 0])
     said = torch.stack([torch.zeros_like(log_focal), log_focal, cameras_px], 1)
     return mean(by_name["latitude"][:, 0] - slants(weight.shape[1], said)[:, :, None]), log_focal
@@ -43,11 +44,13 @@ def targets(labels, flags, cameras, facts):
     # Middle of the visible pixels of every object, by sums over ids.
     slots = MOST_OBJECTS + 1
     flat = (ids + slots * torch.arange(n, device=device)[:, None, None]).flatten()
-    total = lambda values: torch.zeros(n * slots, device=device).index_add_(0, flat, values.expand(n, h, w).flatten().float())
+    def total(values):
+        return torch.zeros(n * slots, device=device).index_add_(0, flat, values.expand(n, h, w).flatten().float())
     pixels = total(torch.ones_like(xs))
     area = pixels.clamp(min=1)
     cx, cy = total(xs) / area, total(ys) / area
-    at = lambda middle: middle[flat].view(n, h, w)
+    def at(middle):
+        return middle[flat].view(n, h, w)
     offset = torch.stack([at(cx) - xs, at(cy) - ys], 1) / OFFSET_UNIT
     # What is known of the object that a place belongs to; nothing where none is.
     known = F.pad(facts, (0, 0, 1, 0)).reshape(n * slots, -1)[flat].view(n, h, w, -1).permute(0, 3, 1, 2)

@@ -5,16 +5,54 @@ import unittest
 
 import numpy as np
 import torch
-from torch import distributed
 from PIL import Image
+from torch import distributed
 from torch.nn import functional as F
 
 import region_score
-from frames import BACKDROP, CAMERA, CLOSER, FACTS, FIRST_OBJECT, IGNORED, LOOKS, MOST_OBJECTS, MOST_SCALE, STRIDE, TOP, WHOLE, Look, centroid, facts, framed, maps, projected, shown_box
-from network import BLOCKS, MAPS, TableNetwork, WIDTHS, begin, folded, split
+from frames import (
+    BACKDROP,
+    CAMERA,
+    CLOSER,
+    FACTS,
+    FIRST_OBJECT,
+    IGNORED,
+    LOOKS,
+    MOST_OBJECTS,
+    MOST_SCALE,
+    STRIDE,
+    TOP,
+    WHOLE,
+    Look,
+    centroid,
+    facts,
+    framed,
+    maps,
+    projected,
+    shown_box,
+)
+from network import BLOCKS, MAPS, WIDTHS, TableNetwork, begin, folded, split
 from scores import compared, grouped
 from targets import elevation_of, targets
-from train import OF_STEPS, RISE, SMALL, WHOLE_STEPS, averaged, batch, falls_from, joined, learning_rate, look_of, losses, mean_of_processes, nearer, numbers_of, settle, shrunk, varied
+from train import (
+    OF_STEPS,
+    RISE,
+    SMALL,
+    WHOLE_STEPS,
+    averaged,
+    batch,
+    falls_from,
+    joined,
+    learning_rate,
+    look_of,
+    losses,
+    mean_of_processes,
+    nearer,
+    numbers_of,
+    settle,
+    shrunk,
+    varied,
+)
 from variation import pattern, recolored
 from without_tables import WithoutTables
 
@@ -35,14 +73,17 @@ def scene():
 def ideal(want):
     """Maps that say exactly what is wanted."""
     kinds = 20.0 * F.one_hot(want["kinds"], 4).permute(0, 3, 1, 2).float()
-    flat = lambda name: 20.0 * (2.0 * want[name].float()[:, None] - 1.0)
+    def flat(name):
+        return 20.0 * (2.0 * want[name].float()[:, None] - 1.0)
     return torch.cat([kinds, flat("outline"), flat("border"), flat("contact"), want["center"][:, None], want["offset"], want["base"], *(want[name][:, None] for name in ("top", "ground", "latitude", "focal"))], 1)
 
 
 def repeated(tensors, x):
     """The network from its written tensors alone."""
-    conv = lambda name, x, stride=1: F.conv2d(x, tensors[f"{name}.weight"], tensors[f"{name}.bias"], stride, tensors[f"{name}.weight"].shape[-1] // 2)
-    block = lambda name, x: F.relu(x + conv(f"{name}.widen", F.relu(conv(f"{name}.narrow", x))))
+    def conv(name, x, stride=1):
+        return F.conv2d(x, tensors[f"{name}.weight"], tensors[f"{name}.bias"], stride, tensors[f"{name}.weight"].shape[-1] // 2)
+    def block(name, x):
+        return F.relu(x + conv(f"{name}.widen", F.relu(conv(f"{name}.narrow", x))))
     skips = []
     for level, count in enumerate(BLOCKS):
         x = F.relu(conv(f"down.{level}", x, 2))
@@ -306,7 +347,8 @@ class Training(unittest.TestCase):
     def test_only_whole_pictures_tell_the_camera(self):
         labels, flags, cameras, known = scene()
         maps_ = torch.zeros(1, sum(n for _, n in MAPS), MAP_HEIGHT, MAP_WIDTH)
-        told = lambda is_whole: losses(maps_, targets(labels, flags, cameras * torch.tensor([1.0, 1.0, 1.0, is_whole]), known))
+        def told(is_whole):
+            return losses(maps_, targets(labels, flags, cameras * torch.tensor([1.0, 1.0, 1.0, is_whole]), known))
         self.assertEqual(cameras.shape[1], CAMERA)
         self.assertGreater(told(1.0)["latitude"].item(), 0.1)
         self.assertEqual([told(0.0)[name].item() for name in ("latitude", "focal")], [0.0, 0.0])
@@ -317,7 +359,8 @@ class Training(unittest.TestCase):
         steps = [look_of(step, looks) for step in range(100 * OF_STEPS)]
         for look in LOOKS:
             self.assertEqual([nth for own, nth in steps if own == look], list(range(sum(own == look for own, _ in steps))))
-        share = lambda name: sum(own == name for own, _ in steps) / len(steps)
+        def share(name):
+            return sum(own == name for own, _ in steps) / len(steps)
         self.assertEqual(share("whole"), WHOLE_STEPS / OF_STEPS)
         self.assertAlmostEqual(share(list(LOOKS)[1]), 0.3 * (1 - WHOLE_STEPS / OF_STEPS), delta=0.01)
         self.assertEqual(look_of(5, {"whole": 10, **dict.fromkeys(list(LOOKS)[1:], 0)}), ("whole", 5))
@@ -338,7 +381,8 @@ class Belief(unittest.TestCase):
         self.assertLess((region_score.log_odds(measures, fit) - odds).abs().median(), 0.4)
 
     def test_regions_are_read_from_the_file(self):
-        picture = lambda *overlaps: {"number": 0, "regions": [{"measures": [1.0, 2.0], "overlap": o} for o in overlaps]}
+        def picture(*overlaps):
+            return {"number": 0, "regions": [{"measures": [1.0, 2.0], "overlap": o} for o in overlaps]}
         measures, is_thing = region_score.regions_of([picture(0.2, 0.9), picture(0.5)])
         self.assertEqual((tuple(measures.shape), is_thing.tolist()), ((3, 2), [0.0, 1.0, 0.0]))
 

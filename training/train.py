@@ -17,13 +17,13 @@ import math
 import os
 import time
 from datetime import timedelta
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
 import torch
-from torch import distributed
 from safetensors.torch import load_file, save_file
+from torch import distributed
 from torch.nn import functional as F
 from torch.optim.swa_utils import AveragedModel
 
@@ -41,7 +41,8 @@ WEIGHTS = {"kinds": 1.0, "outline": 0.5, "border": 0.5, "contact": 0.3, "center"
 def batch(frames, numbers, device="cpu"):
     """Frames of colors 0..1, labels, flags, cameras, facts."""
     numbers = np.sort(numbers)
-    take = lambda array: torch.from_numpy(np.ascontiguousarray(array[numbers])).to(device)
+    def take(array):
+        return torch.from_numpy(np.ascontiguousarray(array[numbers])).to(device)
     pictures = take(frames.pictures).permute(0, 3, 1, 2).float() / 255
     return pictures, take(frames.labels), take(frames.flags), take(frames.cameras), take(frames.facts)
 
@@ -63,9 +64,11 @@ def ahead_on(device, half):
 
 def varied(pictures, labels, flags, cameras, facts, generator):
     """The same batch, mirrored, and its colors changed, at random."""
-    random = lambda *shape: torch.rand(shape, generator=generator, device=generator.device)
+    def random(*shape):
+        return torch.rand(shape, generator=generator, device=generator.device)
     mirrored = random(len(pictures)) < 0.5
-    turned = lambda t: torch.where(mirrored.view(-1, *[1] * (t.dim() - 1)), t.flip(-1), t)
+    def turned(t):
+        return torch.where(mirrored.view(-1, *[1] * (t.dim() - 1)), t.flip(-1), t)
     pictures, labels, flags = turned(pictures), turned(labels), turned(flags)
     facts[..., 0] = torch.where(mirrored[:, None], labels.shape[-1] - facts[..., 0], facts[..., 0])
     pictures = recolored(pictures, labels, generator)
@@ -97,7 +100,8 @@ def shrunk(pictures, labels, flags, cameras, facts):
     height, width = pictures.shape[-2:]
     small_width, small_height = SMALL[width, height]
     pictures = F.interpolate(pictures, (small_height, small_width), mode="bilinear", antialias=True, align_corners=False)
-    nearest = lambda maps: F.interpolate(maps[:, None], (small_height // STRIDE, small_width // STRIDE), mode="nearest-exact")[:, 0]
+    def nearest(maps):
+        return F.interpolate(maps[:, None], (small_height // STRIDE, small_width // STRIDE), mode="nearest-exact")[:, 0]
     across, down = small_width / width, small_height / height
     facts = facts * torch.tensor([across, down, down, down, 1.0], device=facts.device)
     return pictures, nearest(labels), nearest(flags), cameras, facts
@@ -110,16 +114,19 @@ SHOWN_NEARER, MOST_NEARER = 0.5, 1.5
 def nearer(pictures, labels, flags, cameras, facts, generator):
     """The same batch; of some frames a part anywhere, as large as the frame."""
     n, rows, columns = labels.shape
-    random = lambda: torch.rand(n, generator=generator, device=generator.device)
+    def random():
+        return torch.rand(n, generator=generator, device=generator.device)
     side = torch.where(random() < SHOWN_NEARER, MOST_NEARER ** -random(), 1.0)
     # Left and upper edge, shares of the frame.
     corner = torch.stack([random(), random()], 1) * (1 - side[:, None])
     # From -1..1 of what is shown to -1..1 of the frame.
     middle = 2 * corner + side[:, None] - 1
     turn = torch.diag_embed(side[:, None].expand(n, 2))
-    at = lambda height, width: F.affine_grid(torch.cat([turn, middle[:, :, None]], 2), (n, 1, height, width), align_corners=False)
+    def at(height, width):
+        return F.affine_grid(torch.cat([turn, middle[:, :, None]], 2), (n, 1, height, width), align_corners=False)
     pictures = F.grid_sample(pictures, at(*pictures.shape[-2:]), padding_mode="border", align_corners=False)
-    picked = lambda maps: F.grid_sample(maps[:, None].float(), at(rows, columns), mode="nearest", align_corners=False)[:, 0].to(maps.dtype)
+    def picked(maps):
+        return F.grid_sample(maps[:, None].float(), at(rows, columns), mode="nearest", align_corners=False)[:, 0].to(maps.dtype)
     size = torch.tensor([columns, rows, rows, rows], device=facts.device)
     start = size * corner[:, [0, 1, 1, 1]]
     shown = torch.cat([(facts[..., :4] - start[:, None]) / side[:, None, None], facts[..., 4:]], 2)
@@ -144,16 +151,19 @@ def losses(maps, want):
     """Each loss by its name, not weighted."""
     by_name = split(maps)
     counts = want["counts"].float()
-    mean = lambda value, where: (value * where).sum() / where.sum().clamp(min=1)
-    said = lambda name: by_name[name][:, 0]
+    def mean(value, where):
+        return (value * where).sum() / where.sum().clamp(min=1)
+    def said(name):
+        return by_name[name][:, 0]
     # Small things count for more than their area, and as much so does what is just beside them: otherwise they would be
     # drawn too large.
     least = SMALL_THING * counts[0].numel()
     own = torch.where(want["is_object"], (least / want["area"]).clamp(1, MOST_EMPHASIS), 1.0)
     emphasis = counts * F.max_pool2d(own[:, None], 2 * BESIDE + 1, 1, BESIDE)[:, 0]
-    yes_or_no = lambda name, rare: mean(
-        F.binary_cross_entropy_with_logits(said(name), want[name].float(), reduction="none") * (1 + rare * want[name]), counts
-    )
+    def yes_or_no(name, rare):
+        return mean(
+            F.binary_cross_entropy_with_logits(said(name), want[name].float(), reduction="none") * (1 + rare * want[name]), counts
+        )
     on_objects = want["is_object"].float() * emphasis
     known = on_objects * want["is_known"]
     tells_camera = want["tells_camera"].float()
@@ -297,7 +307,8 @@ def look_of(step, looks):
     if place < WHOLE_STEPS:
         return whole, whole_before
     nth, first, all_ = step - whole_before, closer[0], sum(looks[look] for look in closer)
-    before = lambda k: k * looks[first] // all_
+    def before(k):
+        return k * looks[first] // all_
     if len(closer) == 1 or before(nth + 1) > before(nth):
         return first, before(nth)
     return closer[1], nth - before(nth)
@@ -466,10 +477,10 @@ def run(process, arguments, identity):
             torch.set_num_threads(1)
             history.append({"step": step, "training": {n: total / times for n, (total, times) in running.items()}, "validation": scores})
             state = {
-                **{"run": identity, "steps": arguments.steps, "step": step, "history": json.dumps(history)},
-                **{"model": model.state_dict(), "average": average.state_dict(), "optimizer": optimizer.state_dict()},
+                "run": identity, "steps": arguments.steps, "step": step, "history": json.dumps(history),
+                "model": model.state_dict(), "average": average.state_dict(), "optimizer": optimizer.state_dict(),
             }
-            replace(checkpoint, lambda path: torch.save(state, path))
+            replace(checkpoint, partial(torch.save, state))
             replace(arguments.out / "history.json", lambda path: path.write_text(json.dumps(history, indent=1)))
             replace(arguments.out / "history.png", lambda path: plot(history, path))
             replace(arguments.out / "weights.safetensors", lambda path: save_file(halved(folded(average.module)), path))

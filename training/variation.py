@@ -10,7 +10,7 @@ import math
 import torch
 from torch.nn import functional as F
 
-from frames import BACKDROP, FIRST_OBJECT, FRAME, IGNORED, TOP
+from frames import BACKDROP, FRAME, IGNORED, TOP
 
 #: Shares of pictures whose things, tops and backdrops look otherwise.
 THINGS_VARY, TOP_VARIES, BACKDROP_VARIES = 0.25, 0.25, 0.15
@@ -49,12 +49,14 @@ def region_colors(n, generator):
 
 def pattern(h, w, generator):
     """Logarithms of a pattern on a plane seen at a slant, (3, h, w): stripes, checks, blotches, inlaid patches or specks."""
-    number = lambda low, high: uniform(low, high, (), generator)
+    def number(low, high):
+        return uniform(low, high, (), generator)
     contrast = uniform(-0.45, 0.45, (), generator) * (1 + uniform(-0.4, 0.4, (3, 1, 1), generator))
     kind = int(5 * uniform(0, 1, (), generator))
     if kind < 2:
         u, v = plane(h, w, generator)
-        wave = lambda along, length: torch.sin(2 * math.pi * along / length)
+        def wave(along, length):
+            return torch.sin(2 * math.pi * along / length)
         wavelength, sharp = torch.exp(number(math.log(0.03), math.log(0.45))) * w, torch.exp(number(0.0, 3.0))
         stripes = wave(u, wavelength) + number(-0.9, 0.9)
         checks = wave(u, wavelength) * wave(v, wavelength * torch.exp(number(-0.7, 0.7)))
@@ -71,7 +73,8 @@ def pattern(h, w, generator):
 
 def plane(h, w, generator):
     """Places (u, v) on a plane whose horizon is above the frame, in map pixels at the middle of the frame, each (h, w)."""
-    number = lambda low, high: uniform(low, high, (), generator)
+    def number(low, high):
+        return uniform(low, high, (), generator)
     ys, xs = (torch.arange(side, device=generator.device) + 0.5 for side in (h, w))
     ys, xs = ys[:, None], xs[None]
     horizon = -h * torch.exp(number(-1.5, 1.5))

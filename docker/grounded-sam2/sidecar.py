@@ -8,8 +8,8 @@ import hmac
 import io
 import json
 import re
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Callable, Iterable, Optional
 
 import numpy as np
 from fastapi import FastAPI, HTTPException, Request
@@ -40,7 +40,7 @@ class Found:
 Find = Callable[[Image.Image, list, float, float], Iterable[Found]]
 
 
-def app(find: Find, key: Optional[str] = None) -> FastAPI:
+def app(find: Find, key: str | None = None) -> FastAPI:
     """The server; with a key, whoever does not bring it is refused. One picture is looked at after the other."""
     server = FastAPI(title="Segmentation sidecar", docs_url=None, redoc_url=None, openapi_url=None)
     one_at_a_time = asyncio.Lock()

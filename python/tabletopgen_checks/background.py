@@ -16,7 +16,7 @@ class Beside:
 
     def start(self, command: list, folder: Path):
         self.command = [str(part) for part in command]
-        self.words = tempfile.TemporaryFile()
+        self.words = tempfile.TemporaryFile()  # noqa: SIM115 (`finish` reads it)
         self.process = subprocess.Popen(
             self.command,
             cwd=folder,

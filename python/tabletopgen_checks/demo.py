@@ -23,7 +23,10 @@ from tabletopgen_checks.repository import ROOT
 from tabletopgen_checks.scene.unpacking import print_certificate, unpack
 from tabletopgen_checks.service.server import Server, loopback_works
 
-TEXT = "A wooden desk with a laptop, a mug with two pencils in it, three books stacked on each other, a plate with two apples and a potted plant"
+TEXT = (
+    "A wooden desk with a laptop, a mug with two pencils in it, three books stacked on each other, a plate with two apples "
+    "and a potted plant"
+)
 # Two bundles, their archives and the server's data take some 100 MB.
 NEEDED_BYTES = 500_000_000
 JOB_SECONDS = 600
@@ -90,7 +93,7 @@ def read_image(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise Problem(f"the image {path} cannot be read: {error.strerror}")
+        raise Problem(f"the image {path} cannot be read: {error.strerror}") from error
 
 
 def make(server, scene, out: Path, name: str):

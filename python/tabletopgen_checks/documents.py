@@ -31,7 +31,8 @@ GROUPS = [
 LEFT_OUT = {
     ("README.md", "make demo    # builds, starts the server, makes one scene from a sentence and one from an image, unpacks both to out/"):
         "`make test` is what runs these fences",
-    ("docs/user_guide.md", "tabletopgen-lab evaluate --set layout --difficulty clean      # 78 scenes: yaw, position, scale against ground truth"):
+    ("docs/user_guide.md", "tabletopgen-lab evaluate --set layout --difficulty clean      "
+     "# 78 scenes: yaw, position, scale against ground truth"):
         "takes hours; the bars run them",
     ("docs/episodes.md", 'tabletopgen episodes --scene out/desk --task "put the apple on the plate" --count 50 --out out/apple'):
         "an hour; the user guide records one episode",
@@ -173,7 +174,7 @@ def run(every: list, program: Path, work: Path) -> float:
                 ["bash", "-c", words], cwd=home, env=environment, stdin=subprocess.DEVNULL, timeout=SECONDS * 4
             )
         except subprocess.TimeoutExpired:
-            raise Problem(f"{every[int((told / 'begun').read_text())].place} takes too long")
+            raise Problem(f"{every[int((told / 'begun').read_text())].place} takes too long") from None
         after = os.times()
     begun = (told / "begun").read_text().strip()
     if begun != "end":

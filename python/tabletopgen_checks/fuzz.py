@@ -114,7 +114,8 @@ def run(work: Path, name: str, reads: str, seeds: list, seconds: int) -> dict:
     took = time.monotonic() - begun
     told = (work / f"{name}.log").read_text(encoding="utf-8", errors="replace")
     finds = sorted(path.name for path in found.iterdir())
-    stat = lambda of: (re.findall(rf"stat::{of}:\s+(\d+)", told) or ["?"])[-1]
+    def stat(of):
+        return (re.findall(rf"stat::{of}:\s+(\d+)", told) or ["?"])[-1]
     # Those that were reached at all: the seeds', and those that were found on the way.
     edges = (re.findall(r"cov: (\d+)", told) or ["?"])[-1]
     at_first = (re.findall(r"INITED cov: (\d+)", told) or ["?"])[-1]

@@ -14,16 +14,16 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from tabletopgen_checks import cargo_results, tools
+from tabletopgen_checks import cargo_results, lint, tools
 from tabletopgen_checks import documents as documented
 from tabletopgen_checks.background import Beside
 from tabletopgen_checks.edits import sample as edit_sample
 from tabletopgen_checks.judges import rest_sample
-from tabletopgen_checks.judges.judging import JUDGE_NAMES, JUDGES, complaints, finish_setup, judge_beside, start_setup
+from tabletopgen_checks.judges.judging import JUDGE_NAMES, complaints, finish_setup, judge_beside, start_setup
 from tabletopgen_checks.language import sample as words_sample
 from tabletopgen_checks.language.sentences import differences, sentences
 from tabletopgen_checks.problem import Problem
-from tabletopgen_checks.repository import PYTHON, ROOT
+from tabletopgen_checks.repository import JUDGES, PYTHON, ROOT
 from tabletopgen_checks.robots import sample as robot_sample
 from tabletopgen_checks.scene.generation import differing_files, generate
 from tabletopgen_checks.service import postgres
@@ -67,6 +67,7 @@ def main() -> int:
         # Those that answer within seconds come first.
         ("architecture", lambda: cargo_test("--package", "tabletopgen-tidy")),
         ("formatting", lambda: cargo("fmt", "--all", "--check")),
+        ("Python lints", lambda: lint.check(target)),
         ("Python", test_package),
         ("dependencies", lambda: check_dependencies(target / "tools")),
         ("clippy", lambda: cargo("clippy", "--workspace", "--locked", "--all-targets", "--", "-D", "warnings")),
@@ -316,7 +317,7 @@ def check_categories(target: Path) -> str:
 
 
 def check_documents(target: Path) -> str:
-    """The fences of README; those of the guide take many minutes: `PYTHONPATH=python python3 -m tabletopgen_checks.documents` runs them all."""
+    """The fences of README; those of the guide take many minutes: `python3 -m tabletopgen_checks.documents` runs them all."""
     return documented.check(target / "debug" / "tabletopgen", documented.GROUPS[:1])
 
 

@@ -16,8 +16,7 @@ from pathlib import Path
 
 from tabletopgen_client import Client
 from tabletopgen_client.api.jobs import cancel_job, get_job, list_events, list_jobs, list_stages
-from tabletopgen_client.api.scenes import delete_scene, get_artifact, get_bundle, get_scene, list_artifacts, list_scenes
-from tabletopgen_client.api.scenes import submit_scene
+from tabletopgen_client.api.scenes import delete_scene, get_artifact, get_bundle, get_scene, list_artifacts, list_scenes, submit_scene
 from tabletopgen_client.api.service import healthz, readyz, version
 from tabletopgen_client.models import (
     BundleFormat,

@@ -4,8 +4,8 @@ An image is a real PNG; an address of an image is that of one (CONTRACT_IMAGE_UR
 thing that stands on tables, a known width is that of the table, and words for tables are known ones; settings have the
 values of the document's examples, as ranges of numbers in texts are not expressed; what an edit changes is something that
 any scene permits; robots are known ones; few tasks are rehearsed; a dataset has one source, a label, and its splits share
-all of it; episodes are few, of one task in words, and seen by usual cameras or by one that is placed well, points with a camera alone; a sample is of one
-combination; times are soon; a number such as 7.0 is 7; an idempotency key is used once. Every
+all of it; episodes are few, of one task in words, and seen by usual cameras or by one that is placed well, points with a
+camera alone; a sample is of one combination; times are soon; a number such as 7.0 is 7; an idempotency key is used once. Every
 other request about a scene is about one that is finished (CONTRACT_SCENE_ID), as the fuzzer does not wait for its own.
 Everything else is as the fuzzer draws it from openapi.yaml, and requests that are meant to be refused are left alone.
 """
@@ -226,7 +226,7 @@ def replace_in_submission(case):
         for name, value in EDIT.items():
             if request.get(name) is not None:
                 request[name] = value
-    now = datetime.datetime.now(datetime.timezone.utc)
+    now = datetime.datetime.now(datetime.UTC)
     for name, hours in HOURS_FROM_NOW.items():
         if request.get(name) is not None:
             request[name] = (now + datetime.timedelta(hours=hours)).isoformat()

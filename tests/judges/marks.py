@@ -16,7 +16,7 @@ OWN = "{https://tabletopgen.invalid/label/1}"
 def judge(bundle: Path) -> Verdict:
     verdict = Verdict("marks")
     scene = read_scene(bundle)
-    wanted = {body["name"]: mark(lambda part: body.get(part)) for body in bodies(scene) if body.get("stand_in")}
+    wanted = {body["name"]: mark(body.get) for body in bodies(scene) if body.get("stand_in")}
     labels = {body["name"]: held(body["label"]) for body in bodies(scene)}
     for path, (told, marked) in read(bundle, labels).items():
         for name, label in told.items():
@@ -37,7 +37,8 @@ def mark(part):
 
 def held(words):
     """XML and USD have no way to hold some control characters."""
-    bad = lambda c: c < " " and c not in "\t\n\r" or c in "\ufffe\uffff"
+    def bad(c):
+        return c < " " and c not in "\t\n\r" or c in "\ufffe\uffff"
     return "".join("\ufffd" if bad(c) else c for c in words)
 
 
@@ -69,9 +70,10 @@ def read(bundle, labels):
 def mjcf(path):
     model = mujoco.MjSpec.from_file(str(path))
     texts = {text.name: text.data for text in model.texts}
-    of = lambda prefix: {name.removeprefix(prefix): data for name, data in texts.items() if name.startswith(prefix)}
+    def of(prefix):
+        return {name.removeprefix(prefix): data for name, data in texts.items() if name.startswith(prefix)}
     marked = [name for name, data in of("stand_in_").items() if data == "true"]
-    return of("label_"), {name: mark(lambda part: texts.get(f"{part}_{name}")) for name in marked}
+    return of("label_"), {name: mark(lambda part, name=name: texts.get(f"{part}_{name}")) for name in marked}
 
 
 def urdf(path):
@@ -81,13 +83,15 @@ def urdf(path):
 
 
 def sdf(root):
-    of = lambda model: mark(lambda part: model.get(f"{OWN}{part}"))
+    def of(model):
+        return mark(lambda part: model.get(f"{OWN}{part}"))
     return {model.get("name"): of(model) for model in root.iter("model") if model.get(f"{OWN}stand_in") == "true"}
 
 
 def usd(stage, labels):
     prims = {name: stage.GetDefaultPrim().GetChild(name) for name in labels}
-    told = lambda prim: lambda part: prim.GetAttribute(f"tabletopgen:{part}").Get()
+    def told(prim):
+        return lambda part: prim.GetAttribute(f"tabletopgen:{part}").Get()
     marked = {name: mark(told(prim)) for name, prim in prims.items() if told(prim)("stand_in")}
     return {name: held(prim.GetDisplayName()) for name, prim in prims.items()}, marked
 

@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
-import numpy as np
 from scipy.spatial.transform import Rotation
 
 from overheard import Overheard

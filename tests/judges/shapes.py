@@ -36,7 +36,8 @@ def shapes(bundle: Path, name: str) -> list:
 
 def read(collision, folder: Path) -> Shape:
     origin, (shape,) = collision.find("origin"), collision.find("geometry")
-    numbers = lambda element, key: [float(part) for part in element.get(key).split()]
+    def numbers(element, key):
+        return [float(part) for part in element.get(key).split()]
     turn = Rotation.from_euler("xyz", numbers(origin, "rpy"))
     keys = {"mesh": [], "box": ["size"], "cylinder": ["radius", "length"], "sphere": ["radius"]}[shape.tag]
     sizes = [size for key in keys for size in numbers(shape, key)]

@@ -63,13 +63,14 @@ def load_solid(path: Path, world_from_object):
     return solid_of(vertices, faces, world_from_object)
 
 
-def solid_of(vertices, faces, world_from_object=np.eye(4)):
+def solid_of(vertices, faces, world_from_object=None):
     """The same for a mesh given as arrays; equal positions are one vertex."""
     welded = weld(vertices, faces)
     if welded is None:
         return None, "an edge has a face on one side only"
     points, corners = welded
-    points = points @ world_from_object[:3, :3].T + world_from_object[:3, 3]
+    if world_from_object is not None:
+        points = points @ world_from_object[:3, :3].T + world_from_object[:3, 3]
     whole = manifold3d.Manifold(manifold3d.Mesh64(points, corners.astype(np.uint64)))
     if whole.status() != manifold3d.Error.NoError:
         return None, whole.status().name

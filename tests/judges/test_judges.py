@@ -80,7 +80,8 @@ def lifted(bundle):
         old = instance["translation_m"]
         new = [old[0], old[1], old[2] + 0.2]
         instance["translation_m"] = new
-        number = lambda v: np.format_float_positional(v, trim="-") if v else "0"
+        def number(v):
+            return np.format_float_positional(v, trim="-") if v else "0"
         name = instance["name"]
         edit_text(
             bundle / "mjcf/scene.xml",

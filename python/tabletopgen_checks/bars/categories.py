@@ -11,11 +11,10 @@ import json
 import re
 import shutil
 import subprocess
+import tomllib
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-
-import tomllib
 
 from tabletopgen_checks.bars.page import arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
@@ -123,7 +122,7 @@ def made(binary: Path, folder: Path, some: list) -> dict:
     requests.write_text("\n".join(lines) + "\n", encoding="utf-8")
     out = folder / "out"
     command = [str(binary), "batch", str(requests), "--out", str(out), "--zip", "--json"]
-    ran = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    ran = subprocess.run(command, capture_output=True, text=True)
     if ran.returncode not in (0, 5):
         raise Problem(f"the batch ended with exit code {ran.returncode}: {ran.stderr.strip()[-1000:]}")
     told = {}

@@ -109,7 +109,8 @@ class Found:
         ])
 
     def shares(self) -> dict:
-        of = lambda counts: counts[0] / counts[1] if counts[1] else 0.0
+        def of(counts):
+            return counts[0] / counts[1] if counts[1] else 0.0
         return {name: of(counts) for name, counts in {**self.rest, **self.certified}.items()}
 
     def displacement_m(self):

@@ -161,7 +161,7 @@ def fuzz(python: Path, folder: Path, server: Server, images, scene: str, example
                 command, stdout=words, stderr=subprocess.STDOUT, env=around, cwd=folder, timeout=FUZZ_SECONDS
             ).returncode
         except subprocess.TimeoutExpired:
-            raise Problem(f"Schemathesis did not end within {FUZZ_SECONDS} s; its words are in {words.name}")
+            raise Problem(f"Schemathesis did not end within {FUZZ_SECONDS} s; its words are in {words.name}") from None
     if not (folder / "report.json").is_file():
         tail = (folder / "schemathesis.txt").read_text()[-3000:]
         raise Problem(f"Schemathesis ended with exit code {code} and no report\n{tail}")
@@ -238,7 +238,8 @@ def page(report: dict, client: dict, typescript: str, given) -> str:
         "state (409), or the range is outside the file (416). Invalid requests are answered with 2xx where the value becomes a "
         "valid one on its way, such as a number as text. `tests/contract/hooks.py` replaces what no schema can express in "
         "requests that are meant to be valid: bytes and addresses of images by those of a real image, texts that are only "
-        "validated by ones that name an object, settings by the document's examples, times by coming ones, idempotency keys by new ones.\n\n"
+        "validated by ones that name an object, settings by the document's examples, times by coming ones, idempotency keys by "
+        "new ones.\n\n"
         f"openapi-python-client, without a warning: a text becomes a scene ({text['files']} files in the bundle), so does an "
         f"image as a file ({image['files']} files); each is polled, its bundle and an artifact are downloaded and compared with "
         f"their digest; lists, cancellation, deletion and refusals are read.\n\nopenapi-typescript: {typescript}, under "

@@ -5,9 +5,10 @@
 
 A scene is generated, and `tabletopgen episodes` records a task in it in every format. LeRobot, PyAV, pyarrow, h5py and
 Pillow read all frames, and LeRobot trains (tests/judges/episodes/recorded.py). MuJoCo repeats the episodes from their
-servo commands, and from their actions (tests/judges/episodes/replay_dataset.py). The dataset is recorded again with other workers, and with kills; where
-it is complete before the last kill, it is begun anew. Episodes are made again from their records. `speed` measures images
-beside MuJoCo's renderer and Embree (tests/judges/episodes/speed.py), and steps beside MuJoCo and PhysX (stepping.py).
+servo commands, and from their actions (tests/judges/episodes/replay_dataset.py). The dataset is recorded again with other
+workers, and with kills; where it is complete before the last kill, it is begun anew. Episodes are made again from their
+records. `speed` measures images beside MuJoCo's renderer and Embree (tests/judges/episodes/speed.py), and
+steps beside MuJoCo and PhysX (stepping.py).
 """
 
 import hashlib
@@ -22,10 +23,9 @@ from pathlib import Path
 from tabletopgen_checks.bars.page import arguments, lab_beside, percent, table, write, write_section
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
-from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.virtual_environment import environment_of
 
-JUDGES = ROOT / "tests" / "judges"
 SENTENCE, SCENE_SEED = "A kitchen table with a carrot, a gray bowl, a banana, a mug and two plates", 11
 TASK = "put the carrot in the bowl"
 FORMATS = "lerobot-v3.0,lerobot-v3.0-images,lerobot-v2.1,robomimic,parquet-png"
@@ -67,8 +67,8 @@ def main() -> bool:
     cpu_s = costs["side,front,wrist"]["cpu_s"]
     bars = [
         ["Complaints of LeRobot, PyAV, pyarrow, h5py and Pillow", complaints, "0", complaints == 0],
-        ["MuJoCo reaches the goal from the servo commands alone", f"{percent(reached / len(replays))} of {len(replays)}", f"{100 * REPLAY_BAR:g} %",
-         reached >= REPLAY_BAR * len(replays)],
+        ["MuJoCo reaches the goal from the servo commands alone", f"{percent(reached / len(replays))} of {len(replays)}",
+         f"{100 * REPLAY_BAR:g} %", reached >= REPLAY_BAR * len(replays)],
         ["Recorded again with one worker: same bytes", "yes" if same else "no", "yes", same],
         [f"Datasets completed during {kills} kills with the same bytes", f"{same_killed} of {len(completed)}", "all",
          same_killed == len(completed)],
@@ -85,8 +85,8 @@ def main() -> bool:
         f"{sum(one['reached'] for one in from_actions)} of {len(from_actions)}.",
         f"With `--randomize wide`, other objects and materials among it: {attempted(wide_report)}. MuJoCo does not repeat these, "
         "since other objects are not in the MJCF of the scene.",
-        f"{read['checks'] + wide_read['checks']} checks by other programs; the largest error of a decoded video frame is {read['worst_rms']} rms "
-        f"of 255. LeRobot's loss after {given.train} steps of training: {read['trained_loss']}.",
+        f"{read['checks'] + wide_read['checks']} checks by other programs; the largest error of a decoded video frame is "
+        f"{read['worst_rms']} rms of 255. LeRobot's loss after {given.train} steps of training: {read['trained_loss']}.",
         "## Cost",
         table(
             ["cameras", "episodes", "CPU s an episode", "frames an episode"],

@@ -67,7 +67,7 @@ class Attack:
             try:
                 await asyncio.wait_for(loop.sock_connect(sock, ("127.0.0.1", port)), 10)
                 await asyncio.wait_for(loop.sock_sendall(sock, self.text), 10)
-            except (OSError, asyncio.TimeoutError):
+            except (TimeoutError, OSError):
                 # Closed before everything was sent, which is an end as well.
                 self.refused += 1
             self.sockets.append((sock, time.monotonic()))
@@ -116,7 +116,7 @@ class Honest:
         began = time.monotonic()
         try:
             answer = await asyncio.wait_for(self.exchange(head.encode() + b"connection: close\r\n\r\n" + body), 30)
-        except (OSError, asyncio.TimeoutError) as error:
+        except (TimeoutError, OSError) as error:
             self.failures.append(str(error) or type(error).__name__)
             return
         self.seconds.append(time.monotonic() - began)
@@ -147,7 +147,7 @@ class Memory:
         try:
             (self.place / "clear_refs").write_text("5")
         except OSError as error:
-            raise Problem(f"the peak of the server's memory cannot be reset: {error.strerror}")
+            raise Problem(f"the peak of the server's memory cannot be reset: {error.strerror}") from error
 
     def peak(self) -> int:
         for line in (self.place / "status").read_text().splitlines():

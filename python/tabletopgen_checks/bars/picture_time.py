@@ -23,7 +23,8 @@ def main() -> bool:
     small, large = given.work / "picture_time" / "small", given.work / "picture_time" / "large"
     paint(given.binary, small, 0, LOOKED_THROUGH, 64)
     truths = [json.loads(path.read_text("utf-8")) for path in sorted(small.glob("validation/*/truth.json"))]
-    has_room = lambda t: t["table"]["is_whole"] and t["width_px"] * 3 == t["height_px"] * 4
+    def has_room(t):
+        return t["table"]["is_whole"] and t["width_px"] * 3 == t["height_px"] * 4
     fitting = [t for t in truths if OBJECTS <= len(t["objects"]) <= MOST_OBJECTS and has_room(t)]
     runs = []
     for truth in fitting:

@@ -19,10 +19,9 @@ from pathlib import Path
 from tabletopgen_checks.bars.episodes import told
 from tabletopgen_checks.bars.page import arguments, table, write, write_section
 from tabletopgen_checks.bars.run import run
-from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.virtual_environment import environment_of
 
-JUDGES = ROOT / "tests" / "judges"
 SENTENCE, SCENE_SEED = "A small table with a can and a plate", 3
 TASK = "put the can on the plate"
 TRAINING_SEED, STARTS_SEED = 1, 1001
@@ -30,9 +29,10 @@ TRAINING_SEED, STARTS_SEED = 1, 1001
 BAR = 0.8
 TRAINED = {"usual": "as usual", "none": "none"}
 NOTES = f"""The task is easy on purpose: one compact object that stands, one grasp and one place of the robot's base in all
-episodes, nothing else on the table; a grasp must be right by 6 mm to each side, and the can may end anywhere on the plate. The policy sees joint positions, the
-opening of the gripper, the tool's pose, and the poses of can and plate before the robot moves, not while it does; it is not
-told the time or the phase. The starts are attempts with the seed {STARTS_SEED}; the robot stands where it stood in training."""
+episodes, nothing else on the table; a grasp must be right by 6 mm to each side, and the can may end anywhere on the
+plate. The policy sees joint positions, the opening of the gripper, the tool's pose, and the poses of can and plate
+before the robot moves, not while it does; it is not told the time or the phase.
+The starts are attempts with the seed {STARTS_SEED}; the robot stands where it stood in training."""
 NOISE = """Training adds noise to what the policy sees, in six copies of each frame beside which the targets stay: to each joint
 a normal deviation of 10 mrad, to the opening one of 0.5 mm. The policy learns to come back by it; the datasets themselves
 have no such frames."""
@@ -113,7 +113,8 @@ def from_images(given, torch: Path, mujoco: Path, scene: Path, execution: Path, 
                 f"{cost['loss_held_out']:.4f}", f"{1e3 * cost['error_rad']:.1f}", f"{cost['cpu_s']:.0f}",
                 f"{found.count('success')} of {len(found)}", kinds]]),
         "Two cameras of 96 x 96 pixels, at the front and on the hand, in place of the objects' poses; no randomization was left out. "
-        "In MuJoCo the policy sees MuJoCo's images, whose light, shadows, floor and backdrop are others. There is no bar for it. " + IMAGE_NOISE,
+        "In MuJoCo the policy sees MuJoCo's images, whose light, shadows, floor and backdrop are others. There is no bar for it. "
+        + IMAGE_NOISE,
     ])
 
 

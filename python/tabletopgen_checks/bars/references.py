@@ -36,7 +36,8 @@ def main() -> bool:
     seen = [
         Seen(name, known, given, environment) for name, known in sorted(json.loads(listed.read_text("utf-8")).items())
     ]
-    total = lambda what: sum(getattr(one, what) for one in seen)
+    def total(what):
+        return sum(getattr(one, what) for one in seen)
     recall, precision = total("found") / total("things"), total("found") / max(total("read"), 1)
     outlines = sum(one.outline >= OUTLINE_OVERLAP for one in seen)
     silhouettes = [overlap for one in seen for overlap in one.silhouettes]
@@ -46,7 +47,8 @@ def main() -> bool:
         ("Recall at box overlap 0.5", percent(recall), percent(FOUND_BAR, 0), recall >= FOUND_BAR),
         ("Precision", percent(precision), percent(FOUND_BAR, 0), precision >= FOUND_BAR),
         ("Outlines of overlap 0.9", f"{outlines} of {len(seen)}", OUTLINES_BAR, outlines >= OUTLINES_BAR),
-        ("Silhouette overlap of scene and picture, mean over all things read", f"{silhouette:.3f}", SILHOUETTE_BAR, silhouette >= SILHOUETTE_BAR),
+        ("Silhouette overlap of scene and picture, mean over all things read", f"{silhouette:.3f}", SILHOUETTE_BAR,
+         silhouette >= SILHOUETTE_BAR),
         ("Scenes whose certificate is clean and that every judge accepts", f"{clean} of {len(seen)}", "all", clean == len(seen)),
     ]
     methods = sum((one.methods for one in seen), Counter())
@@ -113,7 +115,8 @@ def box_of(visible):
 
 def overlap_of_boxes(a, b):
     across, down = (max(min(a[k + 2], b[k + 2]) - max(a[k], b[k]), 0) for k in (0, 1))
-    area = lambda box: (box[2] - box[0]) * (box[3] - box[1])
+    def area(box):
+        return (box[2] - box[0]) * (box[3] - box[1])
     return across * down / max(area(a) + area(b) - across * down, 1e-9)
 
 

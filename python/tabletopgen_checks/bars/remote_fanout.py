@@ -5,7 +5,8 @@ calls of one.
 
 A scene waits for fourteen calls one after the other: describe, paint, recognize, measure, stacking, two looks of the segmenter,
 then a redrawn thing, its mesh, two looks at how that stands, the view from above, the look at that, and the boxes on it. Things are
-redrawn and made side by side. The chain is those fourteen calls and the computation of one scene alone, which is measured with models that answer at once.
+redrawn and made side by side. The chain is those fourteen calls and the computation of one scene alone, which is measured
+with models that answer at once.
 """
 
 import shutil

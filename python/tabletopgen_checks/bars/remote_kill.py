@@ -47,7 +47,7 @@ def main() -> bool:
             # What was done before a kill is found after it, so less time is left.
             moments = [draw.uniform(0.0, took / (1 + k)) for k in range(planned)]
             scene = Scene(given.binary, folder, providers)
-            seconds = scene.made(lambda _: moments.pop(0) if moments else None)
+            seconds = scene.made(lambda _, moments=moments: moments.pop(0) if moments else None)
             if not scene.kills:
                 took = min(took, seconds)
             kills, scenes = kills + scene.kills, scenes + 1

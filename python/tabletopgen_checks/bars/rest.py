@@ -4,7 +4,7 @@ not (`not_promised` in tests/judges/rest_programs.toml) are measured too and fai
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.rest [--target-dir target] [--simulators "MuJoCo 3.3.0;..."] [--scenes 40]
         [--program target/debug/tabletopgen]
 
-Each program has an environment of its own with pinned packages (`python/tabletopgen_checks/judges/programs.py`); Genesis brings PyTorch, so all
+Each program has an environment of its own with pinned packages (`tabletopgen_checks.judges.programs`); Genesis brings PyTorch, so all
 take 12 GB of disk. Who judges is tests/judges/rest.py.
 
 What was measured is kept in bars/rest of the target directory for as long as the program, the scenes and the judge are
@@ -21,9 +21,10 @@ from pathlib import Path
 
 from tabletopgen_checks.bars.page import arguments, table, write
 from tabletopgen_checks.bars.run import run
-from tabletopgen_checks.judges.judging import JUDGES, finish_setup, start_setup
+from tabletopgen_checks.judges.judging import finish_setup, start_setup
 from tabletopgen_checks.judges.resting import make, make_environments, rest, simulators, wishes, words
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import JUDGES
 
 AT_ONCE = 2
 SCENES = 40
@@ -149,7 +150,8 @@ def row(program: str, promised: str, found: list) -> list:
     objects = f"{sum(one['held'] for one in found)} of {sum(one['objects'] for one in found)}"
     if not costs:
         return [program, promised, held, objects] + ["-"] * 8
-    of = lambda one, name: f"{one[name]} ({Path(one['bundle']).name})"
+    def of(one, name):
+        return f"{one[name]} ({Path(one['bundle']).name})"
     return [
         program, promised, held, objects, of(moved, "worst"), f"{moved['moved_mm']:.2f}", f"{moved['turned_deg']:.2f}",
         of(deep, "deepest"), f"{deep['depth_mm']:.2f}", f"{1e3 * max(one['step_s'] for one in found):.1f}",

@@ -306,8 +306,8 @@ def in_scenes(bench: Bench, scenes: int, count: int) -> tuple:
     body = [
         f"{len(wanted)} scenes of generated sentences, up to {count} tasks each that `tabletopgen tasks` proposes for the "
         "Panda by default: rehearsed, so that a grasp holds in simulation and the arm makes the straight motions of each "
-        f"step. `--no-rehearse` is not measured here. Half of the executions took at most {median(done, 'cpu_s')} s of processor time, grasps included, for "
-        f"{median(done, 'duration_s')} s of motion.",
+        f"step. `--no-rehearse` is not measured here. Half of the executions took at most "
+        f"{median(done, 'cpu_s')} s of processor time, grasps included, for {median(done, 'duration_s')} s of motion.",
         table(["kind", "tasks", "done", "MuJoCo agrees", "others"], rows),
     ]
     body += ["What failed:\n\n" + "\n".join(failures)] if failures else []

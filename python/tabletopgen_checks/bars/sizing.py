@@ -10,6 +10,7 @@ import os
 import re
 import shutil
 import time
+from pathlib import Path
 
 from tabletopgen_checks.bars.page import arguments, table, write
 from tabletopgen_checks.bars.run import run
@@ -101,12 +102,12 @@ def taken(server, folder) -> dict:
 
 def processor_s(server) -> float:
     """User and system time of the process, seconds."""
-    fields = open(f"/proc/{server.process.pid}/stat").read().rpartition(")")[2].split()
+    fields = Path(f"/proc/{server.process.pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def memory_mb(server, name) -> float:
-    status = open(f"/proc/{server.process.pid}/status").read()
+    status = Path(f"/proc/{server.process.pid}/status").read_text()
     return int(re.search(rf"^{name}:\s+(\d+) kB", status, re.M).group(1)) * 1024 / MEGABYTE
 
 

@@ -12,6 +12,7 @@ from scene.json (`python/tabletopgen_checks/scene/measured.py`).
 import statistics
 from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 from tabletopgen_checks.bars.page import arguments, lab_beside, percent, table, write
 from tabletopgen_checks.bars.run import run
@@ -105,7 +106,7 @@ def sentences(lab, maker, count) -> Part:
         parsed = words.sentence_complaints(entry, outcome)
         scene, tells = parsed, is_reported(outcome) or is_a_goal(entry, outcome)
         if found := scenes.get(entry["id"]):
-            scene = found.complaints(lambda view: words.sentence_complaints(entry, outcome, view))
+            scene = found.complaints(partial(words.sentence_complaints, entry, outcome))
             tells = tells or found.tells()
         # Where no scene can be made, the answer decides.
         tried = found is not None or is_chosen(entry, every, count)
@@ -175,7 +176,7 @@ def tasks(lab, maker, count) -> Part:
         score = words.task_score(entry, outcome)
         scene, solved = score.scene, score.solved
         if found := scenes.get(entry["id"]):
-            scene = found.complaints(lambda view: words.task_score(entry, outcome, view).scene)
+            scene = found.complaints(lambda view, entry=entry, outcome=outcome: words.task_score(entry, outcome, view).scene)
             solved = is_solved(entry, outcome, found)
         for kind in (entry["kind"], "all"):
             rows[kind].update(texts=1, before=not solved, goal=not score.goal, scene=not scene, silent=len(silent))
@@ -230,7 +231,7 @@ def generated_scenes(lab, maker, count) -> Part:
         told = [f"parse: {w}" for w in wrong[:FEW]] + ([f"no account of {', '.join(silent)}"] if silent else [])
         total.update(parsed=not wrong, silent=len(silent))
         if found := scenes.get(text.name):
-            scene = found.complaints(lambda view: words.sentence_complaints(text.expectation, outcome, view))
+            scene = found.complaints(partial(words.sentence_complaints, text.expectation, outcome))
             total.update(certified=found.certified, held=not scene)
             told += [f"scene: {w}" for w in scene[:FEW] if w not in wrong]
         elif number < tried and not told:

@@ -1,8 +1,7 @@
 """What the generator of edits and the search for room need of the catalog: words, sizes and uses of categories."""
 
-from dataclasses import dataclass
-
 import tomllib
+from dataclasses import dataclass
 
 from tabletopgen_checks.repository import CATALOG
 

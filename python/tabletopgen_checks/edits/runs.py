@@ -66,7 +66,7 @@ def called(command: list) -> Edited:
     except subprocess.TimeoutExpired:
         return Edited(-1, {}, f"not done within {TIMEOUT_S} s", 0.0, command)
     except OSError as error:
-        raise Problem(f"{command[0]} does not start: {error.strerror}; build it with `make lab`")
+        raise Problem(f"{command[0]} does not start: {error.strerror}; build it with `make lab`") from error
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu_s = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
     try:
@@ -139,7 +139,7 @@ def possible(binary: Path, parent: Parent, case: Case, folder: Path) -> str:
                 shutil.rmtree(out, ignore_errors=True)
                 continue
 
-        def names(words):
+        def names(words, added=added):
             return [found for name in words for found in (added.get(int(name[1:]), []) if name[0] == "+" else [name])]
 
         found = place_for(operation, scene, names)

@@ -13,9 +13,9 @@ the CPU. Nothing is left at its initial value, running means and deviations leas
 """
 
 import torch
-from network import TableNetwork, folded
 from safetensors.torch import save_file
 
+from network import TableNetwork, folded
 from tabletopgen_checks.repository import ROOT
 
 SEED = 20260105

@@ -13,8 +13,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tabletopgen_checks.judges.judging import JUDGES, finish_setup, start_setup
+from tabletopgen_checks.judges.judging import finish_setup, start_setup
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.virtual_environment import environment_of
 
 REQUIREMENTS = JUDGES / "programs"

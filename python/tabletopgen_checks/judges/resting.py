@@ -2,14 +2,13 @@
 
 import json
 import subprocess
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-import tomllib
-
 from tabletopgen_checks.judges import programs
-from tabletopgen_checks.judges.judging import JUDGES
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.scene.generation import generate
 
 

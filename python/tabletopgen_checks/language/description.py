@@ -114,7 +114,8 @@ class Described:
     def arranged(self, kind, names) -> list:
         """(members, gap in cm) of every arrangement of the kind that these objects alone make."""
         if kind == "stack":
-            carried = lambda a, b: self.related("on", a, b) or self.related("in", a, b)
+            def carried(a, b):
+                return self.related("on", a, b) or self.related("in", a, b)
             return [(chain, None) for chain in chains(names, carried)]
         return [
             (members, None if gap_m is None else 100 * gap_m)

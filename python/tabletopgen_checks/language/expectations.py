@@ -46,7 +46,8 @@ class Cast:
         self.entries, self.taken = entries, [[] for _ in entries]
         free = list(items)
         # The most particular entries choose first, the plain ones get what is left.
-        rank = lambda k: (-len(qualifiers(entries[k])), len(listed(entries[k]["category"])))
+        def rank(k):
+            return (-len(qualifiers(entries[k])), len(listed(entries[k]["category"])))
         for k in sorted(range(len(entries)), key=rank):
             entry = entries[k]
             fitting = [item for item in free if fits(item, entry)]

@@ -4,6 +4,7 @@
 """
 
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from tabletopgen_checks.language import words
@@ -98,7 +99,7 @@ def scene_complaints(lab: Path, binary: Path, folder: Path) -> list:
     wrong = []
     for (entry, is_task), outcome in zip(asked, outcomes):
         complaints = words.start_complaints if is_task else words.sentence_complaints
-        found = scenes[entry["id"]].complaints(lambda view: complaints(entry, outcome, view))
+        found = scenes[entry["id"]].complaints(partial(complaints, entry, outcome))
         wrong += [f"scene of {entry['id']}: {'; '.join(found)}"] if found else []
     return wrong
 

@@ -1,11 +1,10 @@
 """The sentences of tests/words/scenes.toml, and whether a scene holds what its sentence asks for."""
 
 import json
+import tomllib
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-
-import tomllib
 
 from tabletopgen_checks.repository import WORDS
 

@@ -14,10 +14,9 @@ not much more frequent.
 import argparse
 import string
 import sys
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-
-import tomllib
 
 from tabletopgen_checks.language.wordnet import Nouns
 from tabletopgen_checks.repository import ROOT

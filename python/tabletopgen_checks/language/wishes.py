@@ -5,9 +5,8 @@ irregular table. A wish names every thing in words of the catalog, so that nothi
 """
 
 import random
-from dataclasses import dataclass, field
-
 import tomllib
+from dataclasses import dataclass, field
 
 from tabletopgen_checks.repository import CATALOG
 

@@ -5,11 +5,10 @@ import json
 import re
 import subprocess
 import tempfile
+import tomllib
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-
-import tomllib
 
 from tabletopgen_checks.language.description import Described, unaccounted
 from tabletopgen_checks.language.expectations import Cast, complaints
@@ -79,9 +78,9 @@ def parse(lab: Path, texts, seed: int = SEED) -> list:
         try:
             run = subprocess.run(command, capture_output=True, text=True, timeout=600)
         except OSError as error:
-            raise Problem(f"{lab} does not start: {error.strerror}; build it with `make lab`")
+            raise Problem(f"{lab} does not start: {error.strerror}; build it with `make lab`") from error
         except subprocess.TimeoutExpired:
-            raise Problem(f"{len(texts)} texts were not parsed within 600 s")
+            raise Problem(f"{len(texts)} texts were not parsed within 600 s") from None
     outcomes = [json.loads(line) for line in run.stdout.splitlines()]
     if run.returncode != 0 or len(outcomes) != len(texts):
         raise Problem(f"`{' '.join(command)}` gave {len(outcomes)} answers: {run.stderr.strip()[-1000:]}")

@@ -1,7 +1,6 @@
 """Whether a color is what a color word means, by distance in CIELAB (Wyszecki and Stiles, "Color Science", 1982)."""
 
 import functools
-
 import tomllib
 
 from tabletopgen_checks.repository import CATALOG

@@ -42,9 +42,9 @@ def generate(
     try:
         run = run_alone(command, seconds, dict(os.environ, **(environment or {})))
     except subprocess.TimeoutExpired:
-        raise Problem(f"{asked[1]!r} was not done within {seconds} s")
+        raise Problem(f"{asked[1]!r} was not done within {seconds} s") from None
     except OSError as error:
-        raise Problem(f"{binary} does not start: {error.strerror}; build it with `make build`")
+        raise Problem(f"{binary} does not start: {error.strerror}; build it with `make build`") from error
     took = time.perf_counter() - start
     try:
         told = json.loads(run.stdout)

@@ -126,10 +126,9 @@ class Measured:
 def measured(item, thing):
     """The described object with the measured size, pose, yaw and position."""
     up = thing.axes[2][2]
+    pose = "lying_on_side" if abs(up) <= LYING else "tilted"
     if abs(up) >= UPRIGHT:
         pose = "upright" if up > 0 else "upside_down"
-    else:
-        pose = "lying_on_side" if abs(up) <= LYING else "tilted"
     return dataclasses.replace(
         item,
         size_cm=tuple(100 * side for side in thing.size),

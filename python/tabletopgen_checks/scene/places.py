@@ -71,7 +71,8 @@ class Thing:
     def turned(self, yaw_rad):
         """The same thing in a world that is turned about the vertical through the origin."""
         cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
-        turned = lambda v: [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], *v[2:]]
+        def turned(v):
+            return [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], *v[2:]]
         thing = copy.copy(self)
         thing.origin, thing.axes = turned(self.origin), [turned(axis) for axis in self.axes]
         thing.footprint = [tuple(turned(corner)) for corner in self.footprint]

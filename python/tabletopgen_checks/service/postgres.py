@@ -108,7 +108,7 @@ class Postgres:
                 return
             except Problem:
                 if time.monotonic() > deadline:
-                    raise Problem(f"PostgreSQL took no connection within {START_SECONDS} s\n{self.words()}")
+                    raise Problem(f"PostgreSQL took no connection within {START_SECONDS} s\n{self.words()}") from None
                 time.sleep(0.1)
 
     def stop(self, mode="fast"):

@@ -54,7 +54,7 @@ class S3:
             except OSError:
                 if self.process.poll() is not None or time.monotonic() > deadline:
                     self.__exit__()
-                    raise Problem(f"{PIN} did not start; see {self.log}")
+                    raise Problem(f"{PIN} did not start; see {self.log}") from None
                 time.sleep(0.1)
 
     def __exit__(self, *_):

@@ -66,7 +66,7 @@ class Server:
                     start_new_session=True,
                 )
             except OSError as error:
-                raise Problem(f"{self.binary} does not start: {error.strerror}; build it with `make build`")
+                raise Problem(f"{self.binary} does not start: {error.strerror}; build it with `make build`") from error
         self.port, self.announced = None, threading.Event()
         threading.Thread(target=self._listen, args=(self.process.stdout, self.announced), daemon=True).start()
 
@@ -115,7 +115,7 @@ class Server:
         except subprocess.TimeoutExpired:
             self.kill()
             if patience == STOP_SECONDS:
-                raise Problem(f"the server did not stop within {patience} s of SIGTERM and was killed\n{self.words()}")
+                raise Problem(f"the server did not stop within {patience} s of SIGTERM and was killed\n{self.words()}") from None
         finally:
             self.kill()
 
@@ -162,7 +162,7 @@ class Server:
             return response.status, response.headers, response.read()
         except (OSError, http.client.HTTPException) as error:
             self._check_alive(f"while it was asked for {path}")
-            raise Problem(f"{method} {path} on port {self.port} failed: {error or type(error).__name__}\n{self.words()}")
+            raise Problem(f"{method} {path} on port {self.port} failed: {error or type(error).__name__}\n{self.words()}") from error
         finally:
             connection.close()
 
@@ -277,4 +277,4 @@ def loopback_works():
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
     except OSError as error:
-        raise Problem(f"no port of 127.0.0.1 can be opened here ({error.strerror}); allow loopback connections")
+        raise Problem(f"no port of 127.0.0.1 can be opened here ({error.strerror}); allow loopback connections") from error

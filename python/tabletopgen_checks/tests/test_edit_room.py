@@ -89,7 +89,7 @@ class Room(unittest.TestCase):
             ]
             seen = []
             free_place(found, shape, [], levels_of(found, "table"), yaws=yaws,
-                       accepts=lambda place: seen.append(place) or False)
+                       accepts=lambda place, seen=seen: seen.append(place) or False)
             if outline is OUTLINE:
                 self.assertEqual(sorted((round(p.center[0], 3), round(p.center[1], 3)) for p in seen), sorted(slow))
             place = free_place(found, shape, [], levels_of(found, "table"), yaws=yaws)

@@ -3,7 +3,7 @@
     cargo run -p tabletopgen-episodes --example synthetic -- FOLDER
     check.py FOLDER [JUDGE...]
 
-Prints one line of JSON for each judge; exit code 1 where one has a complaint or does not run. 
+Prints one line of JSON for each judge; exit code 1 where one has a complaint or does not run.
 `tabletopgen_checks.data.episodes` makes the environment and the folder. The judge `v21_lerobot` needs LeRobot 0.3.3,
 which cannot be installed beside the other; it runs only where it is named.
 """

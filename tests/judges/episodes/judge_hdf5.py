@@ -4,6 +4,7 @@ import json
 
 import h5py
 import numpy as np
+
 import scene
 from complaints import Complaints
 

@@ -4,9 +4,10 @@ import json
 
 import numpy as np
 import pyarrow.parquet
+from PIL import Image
+
 import scene
 from complaints import Complaints
-from PIL import Image
 
 
 def judge(folder) -> tuple:

@@ -6,9 +6,10 @@ import json
 import av
 import numpy as np
 import pyarrow.parquet
+from PIL import Image
+
 import scene
 from complaints import Complaints
-from PIL import Image
 
 KEYS = ("timestamp", "frame_index", "episode_index", "index", "task_index")
 

@@ -4,9 +4,10 @@ openpi pins a revision of the same format by its Git hash, which PyPI does not h
 """
 
 import numpy as np
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
 import scene
 from complaints import Complaints
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 
 def judge(folder) -> tuple:

@@ -4,9 +4,10 @@ import json
 
 import numpy as np
 import pandas
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+
 import scene
 from complaints import Complaints
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 FOLDERS = ("lerobot-v3.0", "lerobot-v3.0-images")
 

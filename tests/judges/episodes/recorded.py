@@ -19,8 +19,9 @@ import av
 import h5py
 import numpy as np
 import pyarrow.parquet as parquet
-from complaints import Complaints
 from PIL import Image
+
+from complaints import Complaints
 
 # Actions that equal states in this share of the frames would be copies of them.
 MAX_EQUAL_SHARE = 0.5

@@ -16,9 +16,10 @@ os.environ.setdefault("MUJOCO_GL", "egl")
 import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 import pyarrow.parquet as parquet  # noqa: E402
+
 from observation import Chain, observed  # noqa: E402
-from rollout import Policy, Rollout, pose_record  # noqa: E402
 from replay import judged  # noqa: E402
+from rollout import Policy, Rollout, pose_record  # noqa: E402
 
 # Axes of OpenCV to those of MuJoCo.
 TURNED = np.diag([1.0, -1.0, -1.0])

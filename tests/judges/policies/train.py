@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as parquet
 import torch
+
 from observation import Chain, base_from_objects, observed, pose_of
 
 # The policy asks for so many frames at a time.

@@ -16,8 +16,9 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from observation import Chain, observed
 from PIL import Image
+
+from observation import Chain, observed
 from train import CHUNK_FRAMES, HELD_OUT, check_chain, episodes_of, examples, scales_of
 
 # Of each layer: channels, kernel, stride.

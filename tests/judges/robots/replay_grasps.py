@@ -44,7 +44,8 @@ class Hand:
         self.site = self.model.site(header["tool_site"]).id
         self.object = self.model.body(self.name).id
         self.servo = self.model.actuator(header["gripper_joint"]).id
-        below = lambda body: body == self.hand or (body != 0 and below(self.model.body_parentid[body]))
+        def below(body):
+            return body == self.hand or (body != 0 and below(self.model.body_parentid[body]))
         in_hand = {body for body in range(self.model.nbody) if below(body)}
         self.fingers = [j for j in range(self.model.njnt) if self.model.jnt_bodyid[j] in in_hand]
         # One servo pulls all fingers.

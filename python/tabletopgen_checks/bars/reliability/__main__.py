@@ -144,7 +144,7 @@ def page_of(known: dict) -> str:
         "`moto` server; on SQLite they are files.",
         table(["part", "result", "measured with"], rows),
     ]
-    for name, (title, measure) in PARTS.items():
+    for name, (title, _measure) in PARTS.items():
         part = known.get(name)
         if part is None:
             continue

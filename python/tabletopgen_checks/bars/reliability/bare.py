@@ -98,7 +98,7 @@ def script_for_pgbench(statements: list) -> str:
     lines.append("BEGIN;")
     for sql, parameters in statements:
 
-        def literal(match):
+        def literal(match, parameters=parameters):
             value = parameters.get(int(match[1]))
             return literal_of(value, ids) if int(match[1]) in parameters else match[0]
 

@@ -276,15 +276,14 @@ def disk_full(bench) -> tuple:
     """The data directory is on a small disk that is filled to the last byte and freed again."""
     digests = calm(bench, "sqlite")
     place = bench.folder / "small-disk"
-    with small_disk(place) as how:
-        with bench.service("sqlite", "full", settings=SMALL | SHORT_LEASE, data=place / "data") as service:
+    with small_disk(place) as how, bench.service("sqlite", "full", settings=SMALL | SHORT_LEASE, data=place / "data") as service:
 
-            def fault():
-                filler = fill(place)
-                time.sleep(bench.given.outage_seconds / 2)
-                filler.unlink()
+        def fault():
+            filler = fill(place)
+            time.sleep(bench.given.outage_seconds / 2)
+            filler.unlink()
 
-            return disturbed(bench, service, digests, how, fault)
+        return disturbed(bench, service, digests, how, fault)
 
 
 def postgres_disk_full(bench) -> tuple:

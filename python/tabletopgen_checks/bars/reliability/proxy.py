@@ -1,5 +1,6 @@
 """A TCP proxy that can hold every byte back, or refuse connections."""
 
+import contextlib
 import socket
 import threading
 
@@ -81,7 +82,5 @@ class Proxy:
         except OSError:
             pass
         for end in (source, sink):
-            try:
+            with contextlib.suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass

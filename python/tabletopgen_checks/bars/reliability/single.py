@@ -4,6 +4,7 @@ import http.client
 import json
 import threading
 from collections import Counter
+from functools import partial
 
 from tabletopgen_checks.bars.reliability.part import Finding
 from tabletopgen_checks.bars.reliability.scenes import JOB_SECONDS, SMALL, digest_of, request_of, side_by_side, submit
@@ -34,7 +35,7 @@ def measure_twins(bench) -> Finding:
             with bench.service(store, f"twins-{store}", settings=settings | slots, workers_wanted=2) as service:
                 for number in range(bench.given.twins):
                     before = len(providers.bill())
-                    pair = side_by_side(lambda _: submit(service.api, number), range(2), 2)
+                    pair = side_by_side(partial(submit, service.api), [number, number], 2)
                     states = [service.api.wait(job_id, JOB_SECONDS)["state"] for _, job_id in pair]
                     if states != ["succeeded"] * 2:
                         wrong.append(f"scene {number} on {store}: {states}")

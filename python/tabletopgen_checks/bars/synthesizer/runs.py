@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tabletopgen_checks.edits.runs import Edited, called, edit
-from tabletopgen_checks.judges.judging import JUDGES, finish_setup, start_setup
+from tabletopgen_checks.judges.judging import finish_setup, start_setup
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.scene.scene import rotation
 from tabletopgen_checks.virtual_environment import environment_of
 
