@@ -8,8 +8,17 @@ from pathlib import Path
 from tabletopgen_checks.problem import Problem
 
 
-def environment_of(target: Path, name: str, pins: list) -> Path:
-    """The folder of the environment `name`, made anew where its packages or its Python are others."""
+def pins_in(requirements: Path) -> list:
+    """The lines of a file of requirements that are no comments."""
+    lines = (line.strip() for line in requirements.read_text(encoding="utf-8").splitlines())
+    return [line for line in lines if line and not line.startswith("#")]
+
+
+def environment_of(target: Path, name: str, packages: list | Path) -> Path:
+    """The folder of the environment `name`, made anew where its packages or its Python are others. `packages` are pins, or
+    a file of requirements.
+    """
+    pins = pins_in(packages) if isinstance(packages, Path) else packages
     folder = Path(target) / name
     stamp, wanted = folder / "pins", "\n".join([*pins, sys.version, str(folder)])
     if stamp.is_file() and stamp.read_text(encoding="utf-8") == wanted:

@@ -144,8 +144,7 @@ def speed(given, folder: Path) -> str:
     scene, execution = folder / "scene", folder / "execution"
     told(given.binary, "generate", "--text", SENTENCE, "--seed", SCENE_SEED, "--out", scene)
     told(given.binary, "execute", "--scene", scene, "--task", TASK, "--out", execution)
-    pins = (JUDGES / "episodes" / "speed_requirements.txt").read_text(encoding="utf-8").split("\n")
-    python = environment_of(given.target_dir, "speed-judges", [pin for pin in pins if pin and not pin.startswith("#")])
+    python = environment_of(given.target_dir, "speed-judges", JUDGES / "episodes" / "speed_requirements.txt")
     words = [python / "bin/python", JUDGES / "episodes" / "speed.py", execution / "mjcf" / "scene_with_panda.xml", SPEED_IMAGES]
     own_ms, others = [], []
     for turn in range(2):
@@ -177,8 +176,7 @@ def speed(given, folder: Path) -> str:
 
 
 def read_by_others(given, dataset: Path) -> dict:
-    pins = (JUDGES / "episodes" / "requirements.txt").read_text(encoding="utf-8").split("\n")
-    python = environment_of(given.target_dir, "episode-judges", [pin for pin in pins if pin and not pin.startswith("#")])
+    python = environment_of(given.target_dir, "episode-judges", JUDGES / "episodes" / "requirements.txt")
     words = [python / "bin/python", JUDGES / "episodes" / "recorded.py", dataset, "--train", given.train]
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
@@ -188,8 +186,7 @@ def read_by_others(given, dataset: Path) -> dict:
 
 
 def replayed(given, scene: Path, folder: Path, dataset: Path, column: str) -> list:
-    pins = (JUDGES / "robots" / "requirements.txt").read_text(encoding="utf-8").split("\n")
-    python = environment_of(given.target_dir, "robot-judges", [pin for pin in pins if pin and not pin.startswith("#")])
+    python = environment_of(given.target_dir, "robot-judges", JUDGES / "robots" / "requirements.txt")
     execution = folder / "execution"
     if not execution.exists():
         subprocess.run([str(given.binary), "execute", "--scene", scene, "--task", TASK, "--out", execution], check=False)

@@ -12,9 +12,10 @@ import subprocess
 from collections import Counter
 
 from tabletopgen_checks.bars.page import arguments, lab_beside, percent, table, write, write_section
-from tabletopgen_checks.bars.robot import JUDGES, ROBOTS, Bench, scene_sentences
+from tabletopgen_checks.bars.robot import ROBOTS, Bench, scene_sentences
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.scene.generation import run_alone
 
 # The bars.
@@ -54,7 +55,7 @@ def repeated(bench: Bench, lab, bundle, seed: int, robot: str) -> list:
     if tried.exit_code != 0:
         raise Problem(f"grasps in {bundle}: {tried.stderr[-500:]}")
     (out / "lines").write_text(tried.stdout, encoding="utf-8")
-    command = [bench.python, JUDGES / "replay_grasps.py", out / "robot.xml", bundle / "mjcf" / "scene.xml", out / "lines"]
+    command = [bench.python, JUDGES / "robots" / "replay_grasps.py", out / "robot.xml", bundle / "mjcf" / "scene.xml", out / "lines"]
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
     if done.returncode != 0:
         raise Problem(f"MuJoCo did not repeat the grasps in {bundle}: {done.stderr[-500:]}")

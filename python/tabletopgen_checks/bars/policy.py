@@ -134,8 +134,7 @@ def recorded(given, scene: Path, out: Path, seed: int, count: int, randomize: st
 
 
 def python_of(given, name: str, judges: str) -> Path:
-    pins = (JUDGES / judges / "requirements.txt").read_text(encoding="utf-8").split("\n")
-    folder = environment_of(given.target_dir, name, [pin for pin in pins if pin and not pin.startswith("#")])
+    folder = environment_of(given.target_dir, name, JUDGES / judges / "requirements.txt")
     return folder / "bin" / "python"
 
 

@@ -31,12 +31,11 @@ from tabletopgen_checks.bars.page import arguments, percent, table, write, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.language.generated_sentences import generated
 from tabletopgen_checks.problem import Problem
-from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.scene.generation import generate, run_alone
 from tabletopgen_checks.virtual_environment import environment_of
 
-JUDGES = ROOT / "tests" / "judges" / "robots"
-CHECK_BDDL = ROOT / "tests" / "judges" / "tasks" / "check_bddl.py"
+CHECK_BDDL = JUDGES / "tasks" / "check_bddl.py"
 # The bars.
 DONE, AGREED, PAPER = 0.90, 0.95, 0.95
 READ_ONE_IN = 30
@@ -87,9 +86,7 @@ class Bench:
         self.making = defaultdict(threading.Lock)
         self.folder = given.work / "robot" / digest
         self.folder.mkdir(parents=True, exist_ok=True)
-        pins = (JUDGES / "requirements.txt").read_text(encoding="utf-8").splitlines()
-        pins = [pin for pin in pins if pin and not pin.startswith("#")]
-        self.python = environment_of(given.target_dir, "robot-judges", pins) / "bin" / "python"
+        self.python = environment_of(given.target_dir, "robot-judges", JUDGES / "robots" / "requirements.txt") / "bin" / "python"
 
     def scene(self, name: str, text: str, seed: int) -> Path:
         """The bundle of a text."""
@@ -173,7 +170,7 @@ class Bench:
         return {"outcome": code, "detail": failure.get("message", ran.stderr[-300:])}
 
     def replayed(self, bundle: Path, out: Path) -> dict:
-        command = [self.python, JUDGES / "replay.py", self.binary, bundle, out]
+        command = [self.python, JUDGES / "robots" / "replay.py", self.binary, bundle, out]
         ran = subprocess.run([str(part) for part in command], capture_output=True, text=True)
         if ran.returncode not in (0, 1) or not ran.stdout.startswith("{"):
             raise Problem(f"MuJoCo did not repeat {out.name}: {ran.stderr[-500:]}")
@@ -181,7 +178,7 @@ class Bench:
 
     def read(self, out: Path) -> list:
         """What the readers of the other formats complain about."""
-        command = [self.python, JUDGES / "scene_files.py", out]
+        command = [self.python, JUDGES / "robots" / "scene_files.py", out]
         ran = subprocess.run([str(part) for part in command], capture_output=True, text=True)
         told = [line for line in ran.stdout.splitlines() if line.startswith("{")]
         return json.loads(told[-1])["complaints"] if told else [ran.stderr[-300:]]

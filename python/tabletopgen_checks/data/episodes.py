@@ -23,8 +23,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
     target = parser.parse_args().target_dir.resolve()
-    pins = (JUDGES / "episodes" / "requirements.txt").read_text(encoding="utf-8").split("\n")
-    environment = environment_of(target, "episode-judges", [pin for pin in pins if pin and not pin.startswith("#")])
+    environment = environment_of(target, "episode-judges", JUDGES / "episodes" / "requirements.txt")
     folder = write(target)
     command = [environment / "bin/python", JUDGES / "episodes" / "check.py", folder]
     return subprocess.run([str(part) for part in command]).returncode

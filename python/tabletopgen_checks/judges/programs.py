@@ -16,7 +16,7 @@ from pathlib import Path
 from tabletopgen_checks.judges.judging import finish_setup, start_setup
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import JUDGES
-from tabletopgen_checks.virtual_environment import environment_of
+from tabletopgen_checks.virtual_environment import environment_of, pins_in
 
 REQUIREMENTS = JUDGES / "programs"
 
@@ -41,15 +41,10 @@ def make(judges: Path, name: str) -> Path:
     """The environment of a program, in the judges' folder of the target directory."""
     pip, npm = (REQUIREMENTS / f"{name}.{kind}" for kind in ("txt", "npm"))
     if pip.is_file():
-        return environment_of(judges / "programs", name, lines(pip))
+        return environment_of(judges / "programs", name, pip)
     if npm.is_file():
-        return packages_of_npm(judges, name, lines(npm))
+        return packages_of_npm(judges, name, pins_in(npm))
     raise Problem(f"no program is called {name!r}; there are {', '.join(known())}")
-
-
-def lines(path: Path) -> list:
-    found = (line.strip() for line in path.read_text(encoding="utf-8").splitlines())
-    return [line for line in found if line and not line.startswith("#")]
 
 
 def packages_of_npm(judges: Path, name: str, pins: list) -> Path:

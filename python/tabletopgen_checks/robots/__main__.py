@@ -24,8 +24,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
     target = parser.parse_args().target_dir.resolve()
-    pins = (JUDGES / "robots" / "requirements.txt").read_text(encoding="utf-8").split("\n")
-    environment = environment_of(target, "robot-judges", [pin for pin in pins if pin and not pin.startswith("#")])
+    environment = environment_of(target, "robot-judges", JUDGES / "robots" / "requirements.txt")
     folders = [write(target, name, variant) for name, variant in ROBOTS]
     command = [environment / "bin/python", JUDGES / "robots" / "judge.py", *folders]
     return subprocess.run([str(part) for part in command]).returncode

@@ -22,8 +22,7 @@ def check(program: Path, folder: Path, target: Path) -> str:
     subprocess.run(["rm", "-rf", str(folder)], check=True)
     scene = folder / "scene"
     generate(program, scene, SENTENCE, SEED, threads=1)
-    pins = (JUDGES / "robots" / "requirements.txt").read_text(encoding="utf-8").split("\n")
-    python = environment_of(target, "robot-judges", [pin for pin in pins if pin and not pin.startswith("#")]) / "bin/python"
+    python = environment_of(target, "robot-judges", JUDGES / "robots" / "requirements.txt") / "bin/python"
 
     proposed = folder / "tasks"
     said(program, "tasks", "--bundle", scene, "--count", "3", "--out", proposed)
