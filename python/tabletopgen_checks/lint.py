@@ -23,7 +23,8 @@ def check(target: Path) -> str:
     project = tomllib.loads((PYTHON / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     environment = environment_of(target, "lint", project["optional-dependencies"]["lint"])
     # The paths of the rules are relative to the folder that ruff runs in.
-    command = [environment / "bin/ruff", "check", "--config", "pyproject.toml", *(ROOT / folder for folder in FOLDERS)]
+    command = [environment / "bin/ruff", "check", "--cache-dir", environment / "cache", "--config", "pyproject.toml"]
+    command += [ROOT / folder for folder in FOLDERS]
     if subprocess.run([str(part) for part in command], cwd=PYTHON).returncode != 0:
         raise Problem("ruff has findings in Python files; see above, and add `--fix` to its command for some of them")
     return "clean"

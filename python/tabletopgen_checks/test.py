@@ -21,11 +21,12 @@ from tabletopgen_checks.edits import sample as edit_sample
 from tabletopgen_checks.judges import rest_sample
 from tabletopgen_checks.judges.judging import JUDGE_NAMES, complaints, finish_setup, judge_beside, start_setup
 from tabletopgen_checks.language import sample as words_sample
-from tabletopgen_checks.language.sentences import differences, sentences
+from tabletopgen_checks.language.sentences import sentences
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import JUDGES, PYTHON, ROOT
 from tabletopgen_checks.robots import sample as robot_sample
 from tabletopgen_checks.scene.generation import differing_files, generate
+from tabletopgen_checks.scene.scene import read_scene
 from tabletopgen_checks.service import postgres
 
 CARGO = os.environ.get("CARGO", "cargo")
@@ -338,7 +339,7 @@ def make_sample(target: Path) -> str:
     for sentence in chosen():
         scene = made[sample_folder(target, sentence)]
         slowest = max(slowest, scene.seconds)
-        wrong = differences(sentence, scene.folder) + scene.told["reasons"]
+        wrong = sentence.complaints(read_scene(scene.folder)) + scene.told["reasons"]
         print(f"   {sentence.name}: {sentence.objects} objects in {scene.seconds:.1f} s {'; '.join(wrong)}", flush=True)
         if wrong:
             raise Problem(f"{sentence.name}: {'; '.join(wrong)}")

@@ -1,4 +1,4 @@
-"""A hundred wishes: nothing collides, everything stands and rests, where it was asked for; every asset is accepted.
+"""A hundred sentences: nothing collides, everything stands and rests, where it was asked for; every asset is accepted.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.certified [--target-dir target] [--count 100]
 
@@ -13,10 +13,10 @@ import statistics
 from tabletopgen_checks.bars.page import arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.judges.judging import JUDGE_NAMES, complaints, finish_setup, judge, start_setup
-from tabletopgen_checks.language.wishes import WISHES, wishes
+from tabletopgen_checks.language.certified_sentences import COUNT, certified_sentences
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.scene.generation import generate
-from tabletopgen_checks.scene.places import differences
+from tabletopgen_checks.scene.scene import read_scene
 
 # The README's examples are the business of the sentences.
 JUDGES = [name for name in JUDGE_NAMES if name != "readme"]
@@ -25,30 +25,30 @@ MEDIAN_BAR_M, HIGH_BAR_M = 0.003, 0.015
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], count=WISHES)
+    given = arguments(__doc__.splitlines()[0], count=COUNT)
     environment = given.target_dir / "judges"
     finish_setup(start_setup(environment))
     found = Found()
-    for wish in wishes(given.count):
-        folder = given.work / "certified" / wish.name
-        found.add(wish, *measured(given.binary, environment, wish, folder))
+    for sentence in certified_sentences(given.count):
+        folder = given.work / "certified" / sentence.name
+        found.add(sentence, *measured(given.binary, environment, sentence, folder))
         # A hundred bundles would fill gigabytes; one with nothing wrong is not needed any more.
         if not found.rows[-1][-1]:
             shutil.rmtree(folder, ignore_errors=True)
-    write("certified", "A hundred wishes, certified", found.page())
+    write("certified", "A hundred sentences, certified", found.page())
     return found.held()
 
 
-def measured(binary, environment, wish, folder):
+def measured(binary, environment, sentence, folder):
     """(report.json, verdicts by judge, what is wrong); without a scene the first two are None."""
-    print(f"{wish.name} ({wish.objects} objects) ...", flush=True)
+    print(f"{sentence.name} ({sentence.objects} objects) ...", flush=True)
     try:
-        generate(binary, folder, wish.text, wish.seed)
+        generate(binary, folder, sentence.text, sentence.seed)
     except Problem as problem:
         return None, None, [str(problem).splitlines()[-1].strip()]
     report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     findings = judge(environment, [folder], dss_bar=0.0, only=JUDGES)
-    wrong = differences(wish, folder) + [reason["sentence"] for reason in report["reasons"]]
+    wrong = sentence.complaints(read_scene(folder)) + [reason["sentence"] for reason in report["reasons"]]
     wrong += complaints(findings, folder)
     verdicts = findings["bundles"][str(folder.resolve())]
     for words in wrong:
@@ -67,13 +67,13 @@ class Found:
         self.moved_m, self.assets, self.refused = [], 0, 0
         self.files = self.file_errors = 0
 
-    def add(self, wish, report, verdicts, wrong):
-        self.asked.append(f"- {wish.name} (seed {wish.seed}): {wish.text}")
-        self.notes += [f"- {wish.name}: {words}" for words in wrong]
+    def add(self, sentence, report, verdicts, wrong):
+        self.asked.append(f"- {sentence.name} (seed {sentence.seed}): {sentence.text}")
+        self.notes += [f"- {sentence.name}: {words}" for words in wrong]
         if report is None:
             self.failed += 1
             self.colliding_scenes += 1
-            self.rows.append([wish.name, wish.objects] + ["-"] * 6 + ["no scene"])
+            self.rows.append([sentence.name, sentence.objects] + ["-"] * 6 + ["no scene"])
             return
         self.scenes += 1
         facts = {name: verdict["facts"] for name, verdict in verdicts.items()}
@@ -82,7 +82,7 @@ class Found:
         self.colliding_scenes += not verdicts["collisions"]["accepted"]
         for judge_name, counts in self.rest.items():
             counts[0] += facts[judge_name].get("stable", 0)
-            counts[1] += facts[judge_name].get("movable", wish.objects)
+            counts[1] += facts[judge_name].get("movable", sentence.objects)
         objects = len(report["objects"])
         for metric, counts in self.certified.items():
             counts[0] += report["metrics"][metric] * objects
@@ -97,7 +97,7 @@ class Found:
         failures = [words for words in wrong if not words.startswith("resolve: ")]
         self.failed += bool(failures)
         self.rows.append([
-            wish.name,
+            sentence.name,
             objects,
             report["metrics"]["col_s"] > 0 and "yes" or "no",
             "yes" if facts["collisions"].get("colliding") else "no",
@@ -156,10 +156,10 @@ class Found:
         objects = sum(row[1] for row in self.rows)
         notes = "\n".join(self.notes)
         return (
-            f"{len(self.rows)} scenes with {objects} objects asked for. A thing that is missing, or not where the wish "
-            "says (`python/tabletopgen_checks/scene/places.py` tells when), fails its scene.\n\n"
+            f"{len(self.rows)} scenes with {objects} objects asked for. An object that is missing, or not where the sentence "
+            "says (`python/tabletopgen_checks/scene/relations.py` states when), fails its scene.\n\n"
             + table(["", "found", "bar", ""], bars) + "\n\n" + table(columns, self.rows)
-            + (f"\n\n{notes}" if notes else "") + "\n\nThe wishes:\n\n" + "\n".join(self.asked)
+            + (f"\n\n{notes}" if notes else "") + "\n\nThe sentences:\n\n" + "\n".join(self.asked)
         )
 
 

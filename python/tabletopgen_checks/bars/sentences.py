@@ -8,9 +8,10 @@ import json
 from tabletopgen_checks.bars.page import arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.judges.judging import complaints, finish_setup, judge, start_setup
-from tabletopgen_checks.language.sentences import differences, sentences
+from tabletopgen_checks.language.sentences import sentences
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.scene.generation import generate
+from tabletopgen_checks.scene.scene import read_scene
 
 
 def main() -> bool:
@@ -28,7 +29,7 @@ def main() -> bool:
             notes.append(f"- {sentence.name}: {str(problem).splitlines()[-1].strip()}")
             failures += 1
             continue
-        missing = differences(sentence, made.folder)
+        missing = sentence.complaints(read_scene(made.folder))
         findings = judge(environment, [made.folder], dss_bar=0.0)
         said = complaints(findings, made.folder)
         verdicts = findings["bundles"][str(made.folder.resolve())]

@@ -6,7 +6,7 @@
 All texts are parsed. `scenes`, `tasks` and `generated` are how many sentences, instructions and generated sentences
 become scenes as well, `jobs` at once with one thread each; all of them take one to two hours on two cores. What is made
 is kept under the target directory: the same program goes on where it was interrupted. Relations of a scene are measured
-from scene.json (`python/tabletopgen_checks/scene/measured.py`).
+from scene.json (`tabletopgen_checks.language.measured`).
 """
 
 import statistics

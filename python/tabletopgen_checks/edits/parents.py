@@ -12,33 +12,12 @@ from pathlib import Path
 from tabletopgen_checks.language import words
 from tabletopgen_checks.language.description import Described
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import WORDS
 from tabletopgen_checks.scene.colors import BASIC, is_color
 from tabletopgen_checks.scene.generation import generate
 from tabletopgen_checks.scene.scene import Scene, read_scene
 
-TEXTS = [
-    "A wooden desk with a laptop, a red mug, a blue mug, a notebook and a desk lamp",
-    "A round coffee table with a vase in the center, two candles, a book and a remote control",
-    "A kitchen table with a bowl with three apples in it, a plate, a drinking glass and a jar",
-    "A table with a tray with two mugs on it, a teapot and a plate with a croissant on it",
-    "An office desk with a monitor at the back, a keyboard, a mouse, a pen holder with three pens in it and a stapler",
-    "A dining table with a stack of three plates, a wine bottle, two wine glasses and a salt shaker",
-    "A study desk with a stack of three books, a globe, a notebook, a ruler and a pair of glasses",
-    "A round dining table with two plates, two forks, an orange and a pitcher",
-    "A hobby desk with a model car, three dice, a glue stick, a pin cushion and a storage case with a marker on it",
-    "A workbench with a toolbox, a hammer, a wrench, a tape measure and a storage bin with two nuts in it",
-    "A table with exactly a mug, a book and an apple",
-    "An oval table with a basket with a baguette in it, a cutting board with two tomatoes on it and a jar",
-    "A desk with a green book, a red book, a yellow book, a potted plant and a mug with a pencil in it",
-    "A small square table with a chess pawn, a candle, a coaster with a mug on it and a tissue box",
-    "A white table with a banana, an orange, a lemon, a bowl, a milk carton and a cereal box",
-    "A desk with a laptop, a smartphone, a notebook with a pen on it, a water bottle, a mug, two books, a tissue box, "
-    "a calculator, a stapler and a desk clock",
-    "A round table with a teapot, a saucer with a teacup on it, a plate with two donuts on it and a spoon",
-    "A crafting table with a stack of two storage cases, three thread spools, a teddy bear and a pair of scissors",
-    "A kitchen table with a saucepan, a frying pan, a cutting board, a kettle, a whisk, two lemons and a pepper mill",
-    "A desk with a bowl with two oranges in it, a bowl, a red vase, a white vase and a picture frame",
-]
+TEXTS = (WORDS / "edited.txt").read_text(encoding="utf-8").splitlines()
 SEED = 340
 IMAGES = 20
 # Images whose scene is no use for edits are passed over; so many are tried in all.

@@ -54,7 +54,7 @@ class Shape:
 
 @dataclass
 class Found:
-    """A free place; what `edit_predicates` wants of a body."""
+    """A free place, with what `scene/relations.py` needs of a body."""
 
     footprint: list
     center: tuple

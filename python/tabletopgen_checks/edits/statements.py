@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 
 from tabletopgen_checks.edits.appearance import parts
-from tabletopgen_checks.edits.predicates import DISTANCE_TOLERANCE_M, POSITION_TOLERANCE_M, YAW_TOLERANCE_RAD, holds
 from tabletopgen_checks.scene.colors import is_color
 from tabletopgen_checks.scene.polygons import area_m2, depth_m, distance_m
+from tabletopgen_checks.scene.relations import DISTANCE_TOLERANCE_M, POSITION_TOLERANCE_M, YAW_TOLERANCE_RAD, holds
 from tabletopgen_checks.scene.scene import TABLE, Body, Scene, angle_rad, inverse_placed, wrapped_rad
 
 # What stands on or in a moved object keeps its place there up to this.

@@ -5,9 +5,9 @@ have the format of tests/words/README.md. Categories and their words are those o
 """
 
 import random
-from dataclasses import dataclass
 
-from tabletopgen_checks.language.wishes import ARTICLES, FAMILIES, catalog_words
+from tabletopgen_checks.language.families import ARTICLES, FAMILIES, catalog_words
+from tabletopgen_checks.language.sentences import Sentence
 
 SENTENCES = 1000
 MOST_OBJECTS = 12
@@ -46,29 +46,19 @@ POSES = {"lying_on_side": "lying on its side", "upside_down": "upside down"}
 SLACK_CM = 2
 
 
-@dataclass
-class Generated:
-    name: str
-    seed: int
-    text: str
-    # As an entry of tests/words/sentences.jsonl.
-    expectation: dict
-    objects: int
-
-
 def generated(count: int = SENTENCES) -> list:
     """The first `count` of them; the whole set is the same whatever is asked for."""
     words = catalog_words()
     return [sentence(k, words) for k in range(count)]
 
 
-def sentence(k: int, words: dict) -> Generated:
+def sentence(k: int, words: dict) -> Sentence:
     chance = random.Random(f"generated sentence {k}")
     family = list(FAMILIES)[k % len(FAMILIES)]
     clauses = Clauses(FAMILIES[family], words, chance, wanted=1 + k % MOST_OBJECTS)
     text = written(clauses.clauses, chance.choice(TABLES[family]), chance)
     expectation = {"id": f"generated_{k:04}", "kind": "generated", "text": text, **clauses.expectation, "closed": True}
-    return Generated(f"generated_{k:04}", chance.randrange(2**32), text, expectation, clauses.objects)
+    return Sentence(f"generated_{k:04}", chance.randrange(2**32), text, expectation)
 
 
 def written(clauses: list, table: str, chance) -> str:

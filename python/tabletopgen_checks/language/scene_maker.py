@@ -13,14 +13,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tabletopgen_checks.language.description import Described
+from tabletopgen_checks.language.measured import Measured
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.scene.generation import generate
-from tabletopgen_checks.scene.measured import Measured
-from tabletopgen_checks.scene.polygons import convex_hull
-from tabletopgen_checks.scene.scene import placed, read_hulls, rotation
+from tabletopgen_checks.scene.scene import Scene, read_scene
 
 # What measuring needs of an instance and a table.
-INSTANCE = ("name", "category", "translation_m", "rotation_xyzw", "size_m", "support")
+INSTANCE = (
+    "name", "label", "category", "translation_m", "rotation_xyzw", "yaw_rad", "symmetry_order", "size_m", "mass_kg", "friction",
+    "center_of_mass_m", "support",
+)
 TABLE = ("shape", "outline_m", "size_m")
 
 
@@ -46,7 +48,8 @@ class SceneOutcome:
         self.certified = record.get("verdict") == "pass"
         if record:
             try:
-                self.view = Measured(record["scene"], Described(wanted.outcome["description"]))
+                scene = Scene(record["scene"], record["hulls"])
+                self.view = Measured(scene, Described(wanted.outcome["description"]))
             except Exception as error:  # a scene that cannot be measured fails, whatever it is that is wrong
                 self.failure = f"the scene cannot be measured: {error!r}"
 
@@ -65,13 +68,6 @@ class SceneOutcome:
     def tells(self) -> bool:
         """Whether the program itself says that something is not as the text asks for."""
         return bool(self.failure or self.reasons or self.unmet or not self.certified)
-
-
-def footprint(bundle: Path, instance: dict) -> list:
-    """The outline of an instance's hulls from above; empty for a bundle without URDF."""
-    turn = rotation(instance["rotation_xyzw"])
-    hulls = read_hulls(bundle / "urdf" / instance["name"])
-    return convex_hull([placed(turn, instance["translation_m"], point)[:2] for hull in hulls for point in hull])
 
 
 class SceneMaker:
@@ -129,21 +125,19 @@ class SceneMaker:
     def make_record(self, wanted: SceneText) -> dict:
         out = self.folder / wanted.name
         made = generate(self.binary, out, wanted.text, wanted.seed, threads=self.threads)
-        scene = json.loads((out / "scene.json").read_text(encoding="utf-8"))
+        scene = read_scene(out)
         record = {
             "text": wanted.text,
             "seed": wanted.seed,
             "verdict": made.told["verdict"],
             "reasons": made.told["reasons"],
             "cpu_s": made.cpu_s,
-            "unmet": scene.get("text", {}).get("unmet", []),
+            "unmet": scene.scene.get("text", {}).get("unmet", []),
             "scene": {
-                "table": {key: scene["table"][key] for key in TABLE},
-                "instances": [
-                    {key: one[key] for key in INSTANCE} | {"footprint": footprint(out, one)}
-                    for one in scene["instances"]
-                ],
+                "table": {key: scene.table[key] for key in TABLE},
+                "instances": [{key: one[key] for key in INSTANCE} for one in scene.scene["instances"]],
             },
+            "hulls": {name: [body.outline()] for name, body in scene.bodies.items()},
         }
         self.keep(wanted, record)
         # A bundle with nothing to look into is not needed any more, and a thousand would fill the disk.
@@ -162,7 +156,7 @@ class SceneMaker:
             record = json.loads(self.path(wanted).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        return record if (record["text"], record["seed"]) == (wanted.text, wanted.seed) else None
+        return record if "hulls" in record and (record["text"], record["seed"]) == (wanted.text, wanted.seed) else None
 
     def path(self, wanted: SceneText) -> Path:
         return self.folder / f"{wanted.name}.json"

@@ -1,43 +1,39 @@
-"""The sentences of tests/words/scenes.toml, and whether a scene holds what its sentence asks for."""
+"""Sentences with what they ask for, and whether a scene is as its sentence says."""
 
-import json
 import tomllib
-from collections import Counter
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 
+from tabletopgen_checks.language.expectations import complaints
+from tabletopgen_checks.language.measured import view_of
 from tabletopgen_checks.repository import WORDS
+from tabletopgen_checks.scene.scene import Scene
 
 
 @dataclass
 class Sentence:
     name: str
-    family: str
     seed: int
     text: str
-    expect: dict
-    table: str | None = None
+    # As an entry of tests/words/sentences.jsonl.
+    expectation: dict
+    # Whether `make test` makes a scene of it, and whether it makes another with two threads.
     sample: bool = False
     threads: bool = False
-    objects: int = field(init=False)
 
-    def __post_init__(self):
-        self.objects = sum(self.expect.values())
+    @property
+    def objects(self) -> int:
+        return sum(entry["count"] for entry in self.expectation["objects"])
+
+    def complaints(self, scene: Scene) -> list:
+        """What is missing, too much or elsewhere in a scene; empty when all is as the sentence asks for."""
+        return complaints(self.expectation, view_of(scene))
 
 
 def sentences() -> list:
-    return [Sentence(**entry) for entry in tomllib.loads((WORDS / "scenes.toml").read_text(encoding="utf-8"))["sentence"]]
+    """Those of tests/words/scenes.toml."""
+    return [sentence(**entry) for entry in tomllib.loads((WORDS / "scenes.toml").read_text(encoding="utf-8"))["sentence"]]
 
 
-def differences(sentence: Sentence, bundle: Path) -> list:
-    """What the scene has too much or too little of; empty when all is as asked for."""
-    scene = json.loads((bundle / "scene.json").read_text(encoding="utf-8"))
-    found = Counter(instance["category"] for instance in scene["instances"])
-    wrong = [
-        f"{found[category]} {category} instead of {sentence.expect.get(category, 0)}"
-        for category in sorted(set(found) | set(sentence.expect))
-        if found[category] != sentence.expect.get(category, 0)
-    ]
-    if sentence.table and scene["table"]["shape"] != sentence.table:
-        wrong.append(f"a {scene['table']['shape']} table instead of a {sentence.table} one")
-    return wrong
+def sentence(name: str, seed: int, text: str, expect: dict, table: str | None = None, **more) -> Sentence:
+    objects = [{"category": category, "count": count} for category, count in expect.items()]
+    return Sentence(name, seed, text, {"objects": objects, "table": {"shape": table} if table else {}}, **more)

@@ -1,38 +1,58 @@
-"""A finished scene as the checker of edits reads it: scene.json, report.json and the hulls of the URDF files.
+"""A finished scene as its bundle shows it: scene.json, report.json and the hulls of the URDF files.
 
 Nothing here is shared with the program that makes the scenes. World frame: x to the right, y to the back, z up, the
 origin on the table top; meters, kilograms, radians.
 """
 
+import copy
 import json
 import math
 from pathlib import Path
 
-from tabletopgen_checks.scene.polygons import bounds, center_of, convex_hull
+from tabletopgen_checks.scene.polygons import bounds, center_of, convex_hull, turned
 
 TABLE = "table"
 
 
 class Body:
-    """An instance with its collision hulls in the world. `hulls` are lists of points in the frame of the object."""
+    """An instance with its collision hulls in the world. `hulls` are lists of points in the frame of the object; where
+    there are none, the box of the object is its hull.
+    """
 
-    def __init__(self, instance: dict, hulls: list):
-        self.instance, self.local_hulls = instance, hulls
+    def __init__(self, instance: dict, hulls: list | None = None):
+        self.instance, self.local_hulls = instance, hulls or [box_corners(instance["size_m"])]
         self.name, self.label, self.category = instance["name"], instance["label"], instance["category"]
         self.size_m, self.mass_kg, self.friction = instance["size_m"], instance["mass_kg"], instance["friction"]
         self.yaw_rad, self.symmetry_order = instance["yaw_rad"], instance["symmetry_order"]
         self.parent, self.relation = instance["support"]["parent"], instance["support"]["relation"]
         self.pose = instance["translation_m"], instance["rotation_xyzw"]
         turn = rotation(instance["rotation_xyzw"])
-        self.hulls = [[placed(turn, instance["translation_m"], point) for point in hull] for hull in hulls]
+        self.hulls = [[placed(turn, instance["translation_m"], point) for point in hull] for hull in self.local_hulls]
         self.points = [point for hull in self.hulls for point in hull]
         self.center_of_mass_m = placed(turn, instance["translation_m"], instance["center_of_mass_m"])
         self.footprint = convex_hull([point[:2] for point in self.points])
         self.center = center_of(self.footprint)
         self.bottom_m, self.top_m = (choose(point[2] for point in self.points) for choose in (min, max))
 
+    def outline(self) -> list:
+        """The points of `local_hulls` that decide the footprint and the height: as a hull they give both again."""
+        extremes = {*self.footprint, self.bottom_m, self.top_m}
+        local = [point for hull in self.local_hulls for point in hull]
+        return [point for point, (x, y, z) in zip(local, self.points) if extremes & {(x, y), z}]
+
+    def turned(self, angle_rad: float) -> "Body":
+        """The footprint of the same body in a world that is turned about the vertical through the origin."""
+        body = copy.copy(self)
+        body.footprint = turned(self.footprint, angle_rad)
+        body.center = center_of(body.footprint)
+        return body
+
     def bounds(self) -> tuple:
         return bounds(self.footprint)
+
+    def axis(self, k: int) -> tuple:
+        """The direction of an axis of the object in the world."""
+        return rotated(self.pose[1], tuple(float(j == k) for j in range(3)))
 
     def extent_m(self, way) -> float:
         """From the center along a unit direction."""
@@ -55,7 +75,7 @@ class Scene:
         self.outline = [tuple(corner) for corner in scene["table"]["outline_m"]]
         # What stands up from the table top is an obstacle.
         self.table_hulls = [hull for hull in hulls.get(TABLE, ()) if max(point[2] for point in hull) > 0.002]
-        self.bodies = {told["name"]: Body(told, hulls[told["name"]]) for told in scene["instances"]}
+        self.bodies = {told["name"]: Body(told, hulls.get(told["name"])) for told in scene["instances"]}
 
     def contents(self, name: str) -> list:
         """What stands on or in an object, directly or not."""
@@ -79,6 +99,12 @@ def read_scene(folder: Path) -> Scene:
     scene, report = (json.loads((folder / name).read_text(encoding="utf-8")) for name in ("scene.json", "report.json"))
     names = [told["name"] for told in scene["instances"]] + [TABLE]
     return Scene(scene, {name: read_hulls(folder / "urdf" / name) for name in names}, report, folder)
+
+
+def box_corners(size_m) -> list:
+    """The box of an object, whose origin is the center of the bottom."""
+    x, y, z = 0.5 * size_m[0], 0.5 * size_m[1], size_m[2]
+    return [(a, b, c) for a in (-x, x) for b in (-y, y) for c in (0.0, z)]
 
 
 def read_hulls(folder: Path) -> list:

@@ -18,7 +18,7 @@ from tabletopgen_checks.scene.polygons import (
     simplified,
     turned,
 )
-from tabletopgen_checks.tests.edit_bodies import MUG, OUTLINE, PLATE, body, cup, scene
+from tabletopgen_checks.tests.made_up_scenes import MUG, OUTLINE, PLATE, body, cup, scene
 
 SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 

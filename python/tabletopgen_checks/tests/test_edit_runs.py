@@ -16,7 +16,7 @@ from tabletopgen_checks.edits.refused import REFUSED
 from tabletopgen_checks.edits.runs import NO_ROOM, RIGHT, WRONG, Edited, Judged, edit, judged, refusal_complaints
 from tabletopgen_checks.edits.runs import REFUSED as REFUSED_AS_IT_MUST
 from tabletopgen_checks.scene.scene import Scene, read_scene
-from tabletopgen_checks.tests.edit_bodies import MUG, PLATE, body, cup, scene
+from tabletopgen_checks.tests.made_up_scenes import MUG, PLATE, body, cup, scene
 
 
 class Refusals(unittest.TestCase):

@@ -9,8 +9,8 @@ from pathlib import Path
 from tabletopgen_checks.edits.appearance import mean_color, parts
 from tabletopgen_checks.edits.comparison import Operation, complaints
 from tabletopgen_checks.edits.operations import PLANS
-from tabletopgen_checks.edits.predicates import holds
-from tabletopgen_checks.tests.edit_bodies import MUG, PLATE, body, changed, scene
+from tabletopgen_checks.scene.relations import holds
+from tabletopgen_checks.tests.made_up_scenes import MUG, PLATE, body, changed, scene
 
 # (relation, the first and others that hold it, those that do not, stated distance)
 RELATIONS = [

@@ -1,23 +1,11 @@
 """What is measured of a finished scene: for every relation and arrangement poses that hold it and poses that do not."""
 
-import math
 import unittest
 
 from tabletopgen_checks.language.description import Described
-from tabletopgen_checks.scene.measured import Measured
-
-OUTLINE = [[-0.6, -0.3], [0.6, -0.3], [0.6, 0.3], [-0.6, 0.3]]
-TABLE = {"shape": "rectangular", "outline_m": OUTLINE, "size_m": [1.2, 0.6, 0.75]}
-
-
-def body(name, x, y, z=0.0, size=(0.1, 0.1, 0.1), yaw_deg=0.0, parent="table", tilt_deg=0.0):
-    """A box whose bottom center is at x, y, z (meters); the tilt is about its x axis."""
-    half, lean = math.radians(yaw_deg) / 2, math.radians(tilt_deg) / 2
-    # The yaw after the tilt.
-    turned = [math.cos(half) * math.sin(lean), math.sin(half) * math.sin(lean), math.sin(half) * math.cos(lean),
-              math.cos(half) * math.cos(lean)]
-    return {"name": name, "category": name.rsplit("_", 1)[0], "translation_m": [x, y, z], "rotation_xyzw": turned,
-            "size_m": list(size), "support": {"parent": parent, "relation": "on"}}
+from tabletopgen_checks.language.measured import Measured
+from tabletopgen_checks.tests.made_up_scenes import body
+from tabletopgen_checks.tests.made_up_scenes import scene as made_up
 
 
 def scene(*bodies):
@@ -27,7 +15,7 @@ def scene(*bodies):
         for b in bodies
     ]
     described = Described({"table": {}, "objects": objects})
-    return Measured({"table": TABLE, "instances": list(bodies)}, described)
+    return Measured(made_up(*bodies), described)
 
 
 A, B = "mug_1", "plate_1"
@@ -77,6 +65,12 @@ class Relations(unittest.TestCase):
         self.assertFalse(scene(body(A, 0.45, 0), *ends).related("between", A, "jar_1", "jar_2"))
         self.assertFalse(scene(body(A, 0, 0.25), *ends).related("between", A, "jar_1", "jar_2"))
 
+    def test_what_stands_on_something_on_a_tray_is_on_the_tray(self):
+        tray, plate = body(B, 0, 0, size=(0.4, 0.3, 0.02)), body("plate_2", 0.05, 0, 0.02, (0.1, 0.1, 0.1), parent=B)
+        self.assertTrue(scene(body(A, 0.05, 0, 0.12, parent="plate_2"), plate, tray).related("on", A, B))
+        self.assertFalse(scene(body(A, 0.35, 0, 0.12, parent="plate_2"), plate, tray).related("on", A, B))
+        self.assertFalse(scene(body(A, 0.05, 0, 0.12, parent="table"), plate, tray).related("on", A, B))
+
     def test_distances_are_between_boxes_and_to_edges(self):
         found = scene(body(A, -0.2, 0), body(B, 0.1, 0))
         self.assertAlmostEqual(found.distances_cm("left_of", A, B)[0], 20.0)
@@ -91,7 +85,7 @@ class Relations(unittest.TestCase):
 
     def test_missing_objects_are_told(self):
         whole = scene(body(A, 0, 0), body(B, 0.3, 0))
-        whole.things.pop(B)
+        whole.bodies.pop(B)
         self.assertEqual(whole.differences(), ["plate_1 is not in the scene"])
 
 

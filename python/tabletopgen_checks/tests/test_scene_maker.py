@@ -21,11 +21,13 @@ if text == "no scene":
     print(json.dumps({{"failure": {{"message": "nothing stands"}}}}))
     sys.exit(1)
 out.mkdir(parents=True)
-mug = {{"name": "mug_1", "category": "mug", "translation_m": [0, 0, 0], "rotation_xyzw": [0, 0, 0, 1],
-       "size_m": [0.1, 0.1, 0.1], "support": {{"parent": "table", "relation": "on"}}}}
+mug = {{"name": "mug_1", "label": "mug", "category": "mug", "translation_m": [0, 0, 0], "rotation_xyzw": [0, 0, 0, 1],
+       "yaw_rad": 0, "symmetry_order": 0, "size_m": [0.1, 0.1, 0.1], "mass_kg": 0.3, "friction": {{}},
+       "center_of_mass_m": [0, 0, 0.05], "support": {{"parent": "table", "relation": "on"}}}}
 table = {{"shape": "round", "outline_m": [[-0.5, -0.3], [0.5, 0.3]], "size_m": [1, 0.6, 0.7]}}
 scene = {{"table": table, "instances": [] if text == "empty" else [mug], "text": {{"unmet": []}}}}
 (out / "scene.json").write_text("?" if text == "no JSON" else json.dumps(scene))
+(out / "report.json").write_text("{{}}")
 verdict = "quarantine" if text == "quarantine" else "pass"
 print(json.dumps({{"verdict": verdict, "reasons": ["it falls"] if verdict != "pass" else []}}))
 sys.exit(3 if verdict != "pass" else 0)
@@ -71,7 +73,7 @@ class Scenes(unittest.TestCase):
 
     def test_measures_that_break_off_are_complaints(self):
         def of_view(view):
-            return view.things["fork_1"]
+            return view.bodies["fork_1"]
 
         self.assertIn("KeyError", self.make("a mug")["a_mug"].complaints(of_view)[0])
 

@@ -1,7 +1,7 @@
 """What every variant keeps: the objects, what carries what, and what the text states of places and colors."""
 
-from tabletopgen_checks.edits.predicates import holds
 from tabletopgen_checks.edits.statements import has_color
+from tabletopgen_checks.scene.relations import holds
 from tabletopgen_checks.scene.scene import Scene
 
 SUPPORTS = ("on", "in", "stacked_on")

@@ -1,4 +1,4 @@
-"""Made-up scenes for the tests of the bar of edits: boxes, and containers of five boxes."""
+"""Made-up scenes: boxes, and containers of five boxes."""
 
 import copy
 import math
@@ -8,22 +8,21 @@ from tabletopgen_checks.scene.scene import Scene, wrapped_rad
 OUTLINE = [[-0.6, -0.3], [0.6, -0.3], [0.6, 0.3], [-0.6, 0.3]]
 
 
-def body(name, x, y, z=0.0, size=(0.1, 0.1, 0.1), yaw_deg=0.0, parent="table", relation="on", **more):
-    """A box whose bottom center is at x, y, z (meters)."""
-    half = math.radians(yaw_deg) / 2
+def body(name, x, y, z=0.0, size=(0.1, 0.1, 0.1), yaw_deg=0.0, parent="table", relation="on", tilt_deg=0.0,
+         **more):
+    """A box whose bottom center is at x, y, z (meters); the tilt is about its x axis, before the yaw."""
+    half, lean = math.radians(yaw_deg) / 2, math.radians(tilt_deg) / 2
     instance = {
         "name": name, "label": name.rsplit("_", 1)[0], "category": name.rsplit("_", 1)[0], "size_m": list(size),
-        "translation_m": [x, y, z], "rotation_xyzw": [0.0, 0.0, math.sin(half), math.cos(half)],
+        "translation_m": [x, y, z], "rotation_xyzw": [
+            math.cos(half) * math.sin(lean), math.sin(half) * math.sin(lean), math.sin(half) * math.cos(lean),
+            math.cos(half) * math.cos(lean),
+        ],
         "yaw_rad": wrapped_rad(math.radians(yaw_deg)), "symmetry_order": 1, "mass_kg": 0.2,
         "friction": {"static": 0.5, "dynamic": 0.4}, "center_of_mass_m": [0.0, 0.0, 0.5 * size[2]],
         "support": {"parent": parent, "relation": relation},
     }
     return instance | more
-
-
-def box_hull(size):
-    x, y, z = 0.5 * size[0], 0.5 * size[1], size[2]
-    return [(a, b, c) for a in (-x, x) for b in (-y, y) for c in (0.0, z)]
 
 
 def cup(name, x, y, width=0.12, height=0.1, wall=0.01):
@@ -43,8 +42,7 @@ def scene(*bodies, moved=(), operations=0, verdict="pass", col_s=0, shape="recta
     told = {"id": "parent", "table": table, "request": {"input": source if operations else {"kind": "text"}},
             "instances": list(bodies)}
     report = {"verdict": verdict, "metrics": {"col_s": col_s}, "edit": {"moved": list(moved)}, "reasons": []}
-    own = {one["name"]: [box_hull(one["size_m"])] for one in bodies} | dict(hulls)
-    return Scene(told, own, report, folder)
+    return Scene(told, dict(hulls), report, folder)
 
 
 MUG, PLATE, BOOK = body("mug_1", -0.3, 0.0), body("plate_1", 0.3, 0.0), body("book_1", 0.0, 0.2)

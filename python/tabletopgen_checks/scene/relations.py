@@ -1,7 +1,8 @@
-"""Whether a relation of an edit holds between bodies of a finished scene.
+"""Whether a relation holds between bodies of a finished scene: the one statement of what in, on, next to and left of mean.
 
-Written again from the documented tolerances: distances 1 cm, yaws and facing 10 degrees, positions 2 cm, next to at
-most 15 cm apart, contacts 1.5 cm, overlap along a direction 1.5 cm, regions a twentieth of half the table.
+Written again from the documented tolerances of the program: distances 1 cm, yaws and facing 10 degrees, positions 2 cm, next to at
+most 15 cm apart, contacts 1.5 cm, overlap along a direction 1.5 cm, regions a twentieth of half the table. The middle of
+what is stacked on an object is above the middle of that.
 """
 
 import math
@@ -50,9 +51,9 @@ def holds(kind, body, outline, target=None, second=None, stated_m=None) -> bool:
     if target is None:
         return kind == "facing" and faces(body, center_of_table(outline))
     if kind in ("on", "stacked_on"):
-        return is_above(body, target) and (
-            target.bottom_m + 0.001 < body.bottom_m <= target.top_m + CONTACT_TOLERANCE_M
-        )
+        if kind == "stacked_on" and body.bottom_m + body.top_m <= target.bottom_m + target.top_m:
+            return False
+        return is_above(body, target) and target.bottom_m + 0.001 < body.bottom_m <= target.top_m + CONTACT_TOLERANCE_M
     if kind == "in":
         return is_above(body, target) and target.bottom_m - 0.002 < body.bottom_m < target.top_m
     if kind in DIRECTIONS:

@@ -1,0 +1,122 @@
+"""A hundred sentences with fixed seeds, and what each asks for: how many of what, on which table, and where.
+
+Four families in turn; a third are crowded (16 to 25 objects) or stacked, a fifth ask for a round, a triangular or an
+irregular table. A sentence names every object in words of the catalog, so that nothing is left for a theme to fill in.
+"""
+
+import random
+
+from tabletopgen_checks.language.families import ARTICLES, FAMILIES, catalog_words
+from tabletopgen_checks.language.sentences import Sentence
+
+COUNT = 100
+FIRST_SEED = 50_000
+
+NUMBERS = ["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"]
+# The words for a table of a shape, and the shape that scene.json must tell.
+SHAPES = [("round", "round"), ("triangular", "triangular"), ("hexagonal", "irregular"), ("kidney-shaped", "irregular")]
+BESIDE = {
+    "left_of": "to the left of",
+    "right_of": "to the right of",
+    "in_front_of": "in front of",
+    "behind": "behind",
+    "next_to": "next to",
+}
+
+
+def certified_sentences(count: int = COUNT) -> list:
+    """The first `count` of them; the whole set is the same whatever is asked for."""
+    words = catalog_words()
+    return [sentence(k, words) for k in range(count)]
+
+
+def sentence(k: int, words: dict) -> Sentence:
+    chance = random.Random(f"wish {k}")
+    name = list(FAMILIES)[k % len(FAMILIES)]
+    family = FAMILIES[name]
+    crowded, stacked = k % 6 == 0, k % 6 == 3
+    lowest, highest = (16, 25) if crowded else (5, 15)
+    told, shape = chance.choice(family.tables), None
+    if k % 5 == 0:
+        word, shape = SHAPES[k // 5 % len(SHAPES)]
+        told = family.shaped.format(word)
+    made = Clauses(words)
+    if stacked:
+        for category in chance.sample(sorted(family.piles), 2):
+            made.pile(category, chance.randint(2, family.piles[category]))
+        made.host(*chance.choice(family.inside), "in", chance)
+    else:
+        kinds = chance.sample(["in", "on", "beside", "pile"], 3 if crowded else 2)
+        for kind in kinds:
+            if kind == "pile":
+                category = chance.choice(sorted(family.piles))
+                made.pile(category, chance.randint(2, family.piles[category]))
+            elif kind == "beside":
+                made.beside(*chance.choice(family.beside))
+            else:
+                made.host(*chance.choice(family.inside if kind == "in" else family.upon), kind, chance)
+    wanted = chance.randint(max(lowest, made.objects() + 1), highest)
+    things = sorted(family.things)
+    chance.shuffle(things)
+    for category in things:
+        left = wanted - made.objects()
+        if left > 0:
+            made.several(category, min(left, chance.randint(1, family.things[category])))
+    chance.shuffle(made.clauses)
+    listed = ", ".join(made.clauses[:-1]) + " and " + made.clauses[-1]
+    made.expectation["table"] = {"shape": shape} if shape else {}
+    return Sentence(f"{name}_{k:02}", FIRST_SEED + k, f"{told} with {listed}", made.expectation)
+
+
+class Clauses:
+    """A sentence as it grows. A category is named in one clause only, so that nobody can mistake which is meant."""
+
+    def __init__(self, words):
+        self.words, self.clauses, self.counts = words, [], {}
+        self.expectation = {"objects": [], "relations": [], "arrangements": []}
+
+    def objects(self) -> int:
+        return sum(self.counts.values())
+
+    def fresh(self, *categories) -> bool:
+        return not any(category in self.counts for category in categories)
+
+    def expect(self, category, number):
+        self.counts[category] = number
+        self.expectation["objects"].append({"category": category, "count": number})
+
+    def relate(self, relation, category, target):
+        self.expectation["relations"].append({"relation": relation, "object": category, "target": target})
+
+    def several(self, category, number):
+        if self.fresh(category):
+            self.expect(category, number)
+            self.clauses.append(self.noun(category, number))
+
+    def pile(self, category, number):
+        if self.fresh(category):
+            self.expect(category, number)
+            self.expectation["arrangements"].append({"kind": "stack", "category": category, "count": number})
+            self.clauses.append(f"a stack of {NUMBERS[number]} {self.words[category][1]}")
+
+    def host(self, host, thing, most, where, chance):
+        if self.fresh(host, thing):
+            number = chance.randint(1, most)
+            self.expect(host, 1)
+            self.expect(thing, number)
+            self.relate(where, thing, host)
+            self.clauses.append(f"{self.noun(host, 1)} with {self.noun(thing, number)} {where} it")
+
+    def beside(self, thing, place, host):
+        if self.fresh(thing, host):
+            self.expect(thing, 1)
+            self.expect(host, 1)
+            self.relate(place, thing, host)
+            self.clauses.append(f"{self.noun(host, 1)}, {self.noun(thing, 1)} {BESIDE[place]} the {self.words[host][0]}")
+
+    def noun(self, category, number) -> str:
+        one, many = self.words[category]
+        if number > 1:
+            return f"{NUMBERS[number]} {many}"
+        article = ARTICLES.get(one) or ("an" if one[0].lower() in "aeiou" else "a")
+        return f"{article} {one}"
