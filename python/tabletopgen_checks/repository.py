@@ -1,4 +1,4 @@
-"""Folders of the repository."""
+"""Folders of the repository, and its programs."""
 
 from pathlib import Path
 
@@ -9,3 +9,8 @@ CATALOG = ROOT / "config" / "catalog"
 JUDGES = ROOT / "tests" / "judges"
 SCRIPTS = ROOT / "scripts"
 WORDS = ROOT / "tests" / "words"
+
+
+def lab_beside(binary: Path) -> Path:
+    """The program of the benchmarks, synthetic images and mock vendors, of the same build as `binary`."""
+    return binary.with_name("tabletopgen-lab")

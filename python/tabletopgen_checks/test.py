@@ -16,13 +16,13 @@ from pathlib import Path
 
 from tabletopgen_checks import cargo_results, lint, tools
 from tabletopgen_checks import documents as documented
-from tabletopgen_checks.background import Beside
 from tabletopgen_checks.edits import sample as edit_sample
 from tabletopgen_checks.judges import rest_sample
 from tabletopgen_checks.judges.judging import JUDGE_NAMES, complaints, finish_setup, judge_beside, start_setup
 from tabletopgen_checks.language import sample as words_sample
 from tabletopgen_checks.language.sentences import sentences
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.processes import BackgroundProgram
 from tabletopgen_checks.repository import JUDGES, PYTHON, ROOT
 from tabletopgen_checks.robots import sample as robot_sample
 from tabletopgen_checks.scene.generation import differing_files, generate
@@ -53,7 +53,7 @@ def main() -> int:
     start, done, took = time.monotonic(), [], {}
     # The judges' environment comes over the network while the compiler works.
     setup = start_setup(environment)
-    kills = Beside()
+    kills = BackgroundProgram()
 
     def finish_environment():
         finish_setup(setup)
@@ -256,14 +256,14 @@ def build_programs() -> str:
     return "built"
 
 
-def start_kills(kills: Beside, target: Path):
+def start_kills(kills: BackgroundProgram, target: Path):
     """A few of the kills of `make bars BARS=remote_kill`."""
     command = [sys.executable, "-m", "tabletopgen_checks.bars.remote_kill", "--target-dir", target, "--kills", KILLS, "--draw", "2"]
     command += ["--program", target / "debug" / "tabletopgen"]
     kills.start(command, ROOT)
 
 
-def finish_kills(kills: Beside) -> str:
+def finish_kills(kills: BackgroundProgram) -> str:
     kills.finish()
     return f"{KILLS} kills, nothing billed twice that is not in the ledger"
 

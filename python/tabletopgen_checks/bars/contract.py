@@ -22,6 +22,7 @@ from pathlib import Path
 from tabletopgen_checks.bars.page import arguments, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.processes import output_of
 from tabletopgen_checks.repository import ROOT
 from tabletopgen_checks.service.server import Server
 
@@ -60,7 +61,7 @@ def main() -> bool:
             print(f"openapi-python-client: {json.dumps(client)}", flush=True)
             scene = finished_scene(server)
             # Else the scenes of thousands of requests would be made beside them.
-            told([given.binary, "queue", "pause", "--data-dir", folder / "data"], "pausing the queue")
+            output_of(given.binary, "queue", "pause", "--data-dir", folder / "data")
             report = fuzz(python, folder, server, images, scene, given.examples, given.seed)
             alive = server.request("GET", "/healthz")[0] == 200
         finally:
@@ -85,10 +86,10 @@ def environment(venv: Path) -> Path:
         return python
     shutil.rmtree(venv, ignore_errors=True)
     quiet = ["--quiet", "--disable-pip-version-check"]
-    told([sys.executable, "-m", "venv", venv], "a venv")
-    told([python, "-m", "pip", "install", *quiet, "-r", requirements], "PyPI")
+    output_of(sys.executable, "-m", "venv", venv)
+    output_of(python, "-m", "pip", "install", *quiet, "-r", requirements)
     npm = [venv / "bin" / "npm", "install", "--silent", "--no-audit", "--no-fund", "--no-save", "--prefix", venv / "node"]
-    told([*npm, *NODE_PACKAGES], "npm", environment_of(python))
+    output_of(*npm, *NODE_PACKAGES, environment=environment_of(python))
     mark.write_text(stamp)
     return python
 
@@ -98,28 +99,12 @@ def environment_of(python: Path) -> dict:
     return dict(os.environ, PATH=f"{python.parent}{os.pathsep}{os.environ.get('PATH', '')}")
 
 
-def told(command, what: str, environment=None, folder=None) -> str:
-    """The output of a command that has to succeed."""
-    done = subprocess.run(
-        [str(part) for part in command],
-        capture_output=True,
-        text=True,
-        stdin=subprocess.DEVNULL,
-        env=environment,
-        cwd=folder,
-    )
-    if done.returncode != 0:
-        words = (done.stdout + done.stderr).strip()[-3000:]
-        raise Problem(f"{what}: `{' '.join(map(str, command))}` ended with exit code {done.returncode}\n{words}")
-    return done.stdout
-
-
 def compile_typescript(python: Path, folder: Path) -> str:
     """What openapi-typescript makes of the document, and a program that uses it, compile."""
     programs, around = python.parent.parent / "node" / "node_modules" / ".bin", environment_of(python)
-    told([programs / "openapi-typescript", DOCUMENT, "-o", folder / "api.d.ts"], "openapi-typescript", around)
+    output_of(programs / "openapi-typescript", DOCUMENT, "-o", folder / "api.d.ts", environment=around)
     shutil.copy(CONTRACT / "client.ts", folder)
-    told([programs / "tsc", *TSC, folder / "client.ts"], "the compiler of TypeScript", around, folder)
+    output_of(programs / "tsc", *TSC, folder / "client.ts", environment=around, folder=folder)
     lines = len((folder / "api.d.ts").read_text().splitlines())
     return f"{lines} lines of types compile with a program that uses them"
 
@@ -127,14 +112,14 @@ def compile_typescript(python: Path, folder: Path) -> str:
 def generate_client(python: Path, folder: Path):
     command = [python.parent / "openapi-python-client", "generate", "--path", DOCUMENT, "--output-path", folder / "client"]
     command += ["--config", CONTRACT / "python_client.yaml", "--overwrite", "--fail-on-warning"]
-    words = told(command, "openapi-python-client", environment_of(python), folder)
+    words = output_of(*command, environment=environment_of(python), folder=folder)
     print(words.strip(), flush=True)
 
 
 def run_client(python: Path, folder: Path, server: Server) -> dict:
     command = [python, CONTRACT / "client.py", f"http://127.0.0.1:{server.port}", IMAGE]
     around = dict(environment_of(python), PYTHONPATH=str(folder / "client"))
-    return json.loads(told(command, "the generated client", around, folder))
+    return json.loads(output_of(*command, environment=around, folder=folder))
 
 
 def finished_scene(server: Server) -> str:

@@ -16,7 +16,7 @@ import zipfile
 from collections import Counter, defaultdict
 from pathlib import Path
 
-from tabletopgen_checks.bars.page import arguments, lab_beside, percent, table, write
+from tabletopgen_checks.bars.page import arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.bars.synthesizer.report import write_page
 from tabletopgen_checks.bars.synthesizer.runs import LAYOUTS, placements
@@ -27,6 +27,7 @@ from tabletopgen_checks.edits.refused import REFUSED as REFUSALS
 from tabletopgen_checks.edits.runs import NO_ROOM, OUTCOMES, REFUSED, RIGHT, WRONG, called, edit, judged
 from tabletopgen_checks.judges.judging import complaints, finish_setup, judge, start_setup
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import lab_beside
 
 SCENES, EDITS, SEED, ROUNDS = 40, 200, 34, 5
 PARTS = ("edits", "cost", "synthesizer")

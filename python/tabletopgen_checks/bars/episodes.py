@@ -20,10 +20,11 @@ import signal
 import subprocess
 from pathlib import Path
 
-from tabletopgen_checks.bars.page import arguments, lab_beside, percent, table, write, write_section
+from tabletopgen_checks.bars.page import arguments, percent, table, write, write_section
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
-from tabletopgen_checks.repository import JUDGES
+from tabletopgen_checks.processes import output_of
+from tabletopgen_checks.repository import JUDGES, lab_beside
 from tabletopgen_checks.virtual_environment import environment_of
 
 SENTENCE, SCENE_SEED = "A kitchen table with a carrot, a gray bowl, a banana, a mug and two plates", 11
@@ -45,7 +46,7 @@ def main() -> bool:
     subprocess.run(["rm", "-rf", folder], check=True)
     folder.mkdir(parents=True)
     scene = folder / "scene"
-    told(given.binary, "generate", "--text", SENTENCE, "--seed", SCENE_SEED, "--out", scene)
+    output_of(given.binary, "generate", "--text", SENTENCE, "--seed", SCENE_SEED, "--out", scene)
     costs = {kind: cost(given, scene, folder / f"timed_{kind}", kind, given.timed) for kind in ("none", "side,front,wrist")}
     whole = folder / "whole"
     report = recorded(given, scene, whole, "--workers", 2)
@@ -107,20 +108,13 @@ def attempted(report: dict) -> str:
             f"{sum(report['attempts'].values())} attempts: {outcomes}")
 
 
-def told(*words) -> str:
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
-    if done.returncode != 0:
-        raise Problem(f"{words[0]} {words[1]}: {done.stdout[-500:]}{done.stderr[-1500:]}")
-    return done.stdout
-
-
 def command(given, scene: Path, out: Path, count: int, *more) -> list:
     words = ["episodes", "--scene", scene, "--task", TASK, "--count", count, "--out", out, "--seed", 7, "--json", *more]
     return [str(given.binary), *map(str, words)]
 
 
 def recorded(given, scene: Path, out: Path, *more) -> dict:
-    return json.loads(told(*command(given, scene, out, given.count, *ALL, *more)))
+    return json.loads(output_of(*command(given, scene, out, given.count, *ALL, *more)))
 
 
 def cost(given, scene: Path, out: Path, cameras: str, episodes: int) -> dict:
@@ -128,7 +122,7 @@ def cost(given, scene: Path, out: Path, cameras: str, episodes: int) -> dict:
     used, report, memory_mb = [], {}, 0.0
     for count in (1, episodes + 1):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        report = json.loads(told(*command(given, scene, out.with_name(f"{out.name}_{count}"), count, "--cameras", cameras)))
+        report = json.loads(output_of(*command(given, scene, out.with_name(f"{out.name}_{count}"), count, "--cameras", cameras)))
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         used.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
         memory_mb = after.ru_maxrss / 1024
@@ -142,8 +136,8 @@ def speed(given, folder: Path) -> str:
     subprocess.run(["rm", "-rf", folder], check=True)
     folder.mkdir(parents=True)
     scene, execution = folder / "scene", folder / "execution"
-    told(given.binary, "generate", "--text", SENTENCE, "--seed", SCENE_SEED, "--out", scene)
-    told(given.binary, "execute", "--scene", scene, "--task", TASK, "--out", execution)
+    output_of(given.binary, "generate", "--text", SENTENCE, "--seed", SCENE_SEED, "--out", scene)
+    output_of(given.binary, "execute", "--scene", scene, "--task", TASK, "--out", execution)
     python = environment_of(given.target_dir, "speed-judges", JUDGES / "episodes" / "speed_requirements.txt")
     words = [python / "bin/python", JUDGES / "episodes" / "speed.py", execution / "mjcf" / "scene_with_panda.xml", SPEED_IMAGES]
     own_ms, others = [], []
@@ -152,9 +146,9 @@ def speed(given, folder: Path) -> str:
         timed = {kind: cost(given, scene, folder / f"{turn}_{kind}", kind, SPEED_EPISODES) for kind in kinds}
         without, with_cameras = (timed[kind] for kind in kinds)
         own_ms.append(1e3 * (with_cameras["cpu_s"] - without["cpu_s"]) / (3 * with_cameras["frames"]))
-        others.append(json.loads(told("env", "MUJOCO_GL=egl", *words)))
+        others.append(json.loads(output_of("env", "MUJOCO_GL=egl", *words)))
     words = [python / "bin/python", JUDGES / "episodes" / "stepping.py", lab_beside(given.binary), scene, execution]
-    stepped = [json.loads(told(*words).splitlines()[-1]) for _ in range(2)]
+    stepped = [json.loads(output_of(*words).splitlines()[-1]) for _ in range(2)]
     steps = [
         ["here", *(f"{one['own_us']:.0f}" for one in stepped), "-"],
         ["MuJoCo, with the options of the MJCF", *(f"{one['mujoco_us']:.0f}" for one in stepped), f"{stepped[0]['mujoco_apart_mm']:.1f}"],
@@ -191,7 +185,7 @@ def replayed(given, scene: Path, folder: Path, dataset: Path, column: str) -> li
     if not execution.exists():
         subprocess.run([str(given.binary), "execute", "--scene", scene, "--task", TASK, "--out", execution], check=False)
     script = JUDGES / "episodes" / "replay_dataset.py"
-    text = told(python / "bin/python", script, given.binary, scene, execution, dataset, column)
+    text = output_of(python / "bin/python", script, given.binary, scene, execution, dataset, column)
     return [json.loads(line) for line in text.splitlines() if line.startswith("{")]
 
 

@@ -11,12 +11,12 @@ import json
 import subprocess
 from collections import Counter
 
-from tabletopgen_checks.bars.page import arguments, lab_beside, percent, table, write, write_section
+from tabletopgen_checks.bars.page import arguments, percent, table, write, write_section
 from tabletopgen_checks.bars.robot import ROBOTS, Bench, scene_sentences
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
-from tabletopgen_checks.repository import JUDGES
-from tabletopgen_checks.scene.generation import run_alone
+from tabletopgen_checks.processes import run_alone
+from tabletopgen_checks.repository import JUDGES, lab_beside
 
 # The bars.
 STABLE, UNSTABLE = 0.95, 0.80

@@ -37,11 +37,6 @@ def arguments(description: str, **more) -> argparse.Namespace:
     return given
 
 
-def lab_beside(binary: Path) -> Path:
-    """The program of the benchmarks, synthetic pictures and stand-ins, of the same build."""
-    return binary.with_name("tabletopgen-lab")
-
-
 def table(columns, rows) -> str:
     cells = [[str(cell) for cell in row] for row in rows]
     number = [all(row[k][:1].isdigit() for row in cells) and bool(cells) for k in range(len(columns))]

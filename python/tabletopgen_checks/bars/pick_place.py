@@ -12,9 +12,10 @@ import statistics
 from collections import Counter
 from pathlib import Path
 
-from tabletopgen_checks.bars.page import lab_beside, percent, table
+from tabletopgen_checks.bars.page import percent, table
 from tabletopgen_checks.problem import Problem
-from tabletopgen_checks.scene.generation import run_alone
+from tabletopgen_checks.processes import run_alone
+from tabletopgen_checks.repository import lab_beside
 
 HEADING = "Picks and places planned"
 BAR = 0.98

@@ -7,9 +7,10 @@ import json
 import statistics
 import subprocess
 
-from tabletopgen_checks.bars.page import arguments, lab_beside, table, write
+from tabletopgen_checks.bars.page import arguments, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import lab_beside
 from tabletopgen_checks.scene.generation import generate
 
 BAR_SECONDS = 10.0

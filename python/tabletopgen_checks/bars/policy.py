@@ -16,9 +16,9 @@ import json
 from collections import Counter
 from pathlib import Path
 
-from tabletopgen_checks.bars.episodes import told
 from tabletopgen_checks.bars.page import arguments, table, write, write_section
 from tabletopgen_checks.bars.run import run
+from tabletopgen_checks.processes import output_of
 from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.virtual_environment import environment_of
 
@@ -48,9 +48,9 @@ def main() -> bool:
     folder.mkdir(parents=True, exist_ok=True)
     scene, execution = folder / "scene", folder / "execution"
     if not scene.exists():
-        told(given.binary, "generate", "--text", SENTENCE, "--seed", SCENE_SEED, "--out", scene)
+        output_of(given.binary, "generate", "--text", SENTENCE, "--seed", SCENE_SEED, "--out", scene)
     if not execution.exists():
-        told(given.binary, "execute", "--scene", scene, "--task", TASK, "--out", execution)
+        output_of(given.binary, "execute", "--scene", scene, "--task", TASK, "--out", execution)
     starts = recorded(given, scene, folder / f"starts_{given.starts}", STARTS_SEED, given.starts, "usual", "--keep-failures")
     torch, mujoco = python_of(given, "episode-judges", "episodes"), python_of(given, "robot-judges", "robots")
     if given.only == "images":
@@ -100,10 +100,10 @@ def from_images(given, torch: Path, mujoco: Path, scene: Path, execution: Path, 
                        "--size", 96, "--instance-ids", cameras="front,wrist")
     weights = scene.with_name(f"images_{count}.npz")
     policies = JUDGES / "policies"
-    cost = told(torch, policies / "train_images.py", dataset, execution / "mjcf" / "panda.xml", weights,
+    cost = output_of(torch, policies / "train_images.py", dataset, execution / "mjcf" / "panda.xml", weights,
                 "--minutes", given.image_minutes)
     cost = json.loads(cost.splitlines()[-1])
-    text = told(mujoco, policies / "rollout_images.py", given.binary, scene, execution, starts, weights, dataset,
+    text = output_of(mujoco, policies / "rollout_images.py", given.binary, scene, execution, starts, weights, dataset,
                 "--only", given.image_starts)
     found = outcomes([json.loads(line) for line in text.splitlines() if line.startswith("{")])
     kinds = ", ".join(f"{times} {kind}" for kind, times in Counter(found).most_common())
@@ -128,7 +128,7 @@ def starts_made(starts: Path) -> list:
 
 def recorded(given, scene: Path, out: Path, seed: int, count: int, randomize: str, *more, cameras: str = "none") -> Path:
     if not out.exists():
-        told(given.binary, "episodes", "--scene", scene, "--task", TASK, "--count", count, "--seed", seed, "--out", out,
+        output_of(given.binary, "episodes", "--scene", scene, "--task", TASK, "--count", count, "--seed", seed, "--out", out,
              "--randomize", randomize, "--cameras", cameras, "--format", "parquet-png", "--workers", 1, "--json", *more)
     return out
 
@@ -140,13 +140,13 @@ def python_of(given, name: str, judges: str) -> Path:
 
 def trained_on(given, python: Path, dataset: Path, execution: Path, weights: Path) -> dict:
     mjcf = execution / "mjcf" / "panda.xml"
-    text = told(python, JUDGES / "policies" / "train.py", dataset, mjcf, weights, "--epochs", given.epochs)
+    text = output_of(python, JUDGES / "policies" / "train.py", dataset, mjcf, weights, "--epochs", given.epochs)
     return json.loads(text.splitlines()[-1])
 
 
 def rolled_out(given, python: Path, scene: Path, execution: Path, starts: Path, weights: Path, *more) -> list:
     script = JUDGES / "policies" / "rollout.py"
-    text = told(python, script, given.binary, scene, execution, starts, weights, *more)
+    text = output_of(python, script, given.binary, scene, execution, starts, weights, *more)
     return [json.loads(line) for line in text.splitlines() if line.startswith("{")]
 
 

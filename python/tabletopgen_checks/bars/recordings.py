@@ -17,10 +17,10 @@ import uuid
 from contextlib import ExitStack
 from pathlib import Path
 
-from tabletopgen_checks.bars.episodes import told
 from tabletopgen_checks.bars.page import arguments, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.processes import output_of
 from tabletopgen_checks.service.postgres import Postgres
 from tabletopgen_checks.service.s3 import S3
 from tabletopgen_checks.service.server import Server
@@ -64,7 +64,7 @@ def main() -> bool:
         if status != 200:
             raise Problem(f"the archive was answered with {status}")
     over_http = archived(archive)
-    told(given.binary, "episodes", "--scene", bundle, "--task", TASK, "--count", given.count, "--seed", SEED, "--out",
+    output_of(given.binary, "episodes", "--scene", bundle, "--task", TASK, "--count", given.count, "--seed", SEED, "--out",
          folder / TITLE, "--format", FORMAT, "--cameras", ",".join(CAMERAS), "--size", SIZE_PX, "--json")
     alone = of_folder(folder / TITLE / FORMAT)
     differing = sorted(path for path in over_http.keys() | alone.keys() if over_http.get(path) != alone.get(path))

@@ -14,9 +14,9 @@ import time
 from pathlib import Path
 
 from tabletopgen_checks.bars.page import arguments, table, write
-from tabletopgen_checks.bars.remote_kill import Providers
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.service.mock_vendors import MockVendors
 from tabletopgen_checks.service.server import Server
 
 TEXT, SEED, THINGS = "a dinner table with four plates, four forks and four glasses", 11, 12
@@ -50,7 +50,7 @@ def made(binary: Path, folder: Path, latency_ms: int, jobs: int) -> tuple:
     """Seconds until so many scenes are made at the same time, and the calls of one."""
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "data").mkdir(parents=True)
-    with Providers(binary, latency_ms) as providers:
+    with MockVendors(binary, latency_ms) as providers:
         with Server(binary, folder / "data", folder / "log", arguments=providers.settings()) as server:
             began = time.monotonic()
             # The words differ, so that nothing is found that another made.

@@ -31,8 +31,9 @@ from tabletopgen_checks.bars.page import arguments, percent, table, write, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.language.generated_sentences import generated
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.processes import run_alone
 from tabletopgen_checks.repository import JUDGES
-from tabletopgen_checks.scene.generation import generate, run_alone
+from tabletopgen_checks.scene.generation import generate
 from tabletopgen_checks.virtual_environment import environment_of
 
 CHECK_BDDL = JUDGES / "tasks" / "check_bddl.py"

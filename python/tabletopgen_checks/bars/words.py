@@ -14,13 +14,14 @@ from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
-from tabletopgen_checks.bars.page import arguments, lab_beside, percent, table, write
+from tabletopgen_checks.bars.page import arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.language import words
 from tabletopgen_checks.language.generated_sentences import SENTENCES, generated
 from tabletopgen_checks.language.scene_maker import SceneMaker, SceneText
 from tabletopgen_checks.language.words import EXACT_BAR, GOAL_BAR, SENSIBLE_BAR, SENTENCES_BAR, START_BAR, WRONG_BAR
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import lab_beside
 
 FIRST_BAR = 0.995
 # A generated scene may take this many times the median of those with as many objects.

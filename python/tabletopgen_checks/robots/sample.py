@@ -8,6 +8,7 @@ import subprocess
 from pathlib import Path
 
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.processes import output_of
 from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.scene.generation import generate
 from tabletopgen_checks.virtual_environment import environment_of
@@ -25,30 +26,24 @@ def check(program: Path, folder: Path, target: Path) -> str:
     python = environment_of(target, "robot-judges", JUDGES / "robots" / "requirements.txt") / "bin/python"
 
     proposed = folder / "tasks"
-    said(program, "tasks", "--bundle", scene, "--count", "3", "--out", proposed)
-    said(python, JUDGES / "tasks" / "check_bddl.py", proposed)
+    output_of(program, "tasks", "--bundle", scene, "--count", "3", "--out", proposed)
+    output_of(python, JUDGES / "tasks" / "check_bddl.py", proposed)
 
     execution = folder / "execution"
-    said(program, "execute", "--bundle", scene, "--task", TASK, "--out", execution)
-    replay = json.loads(said(python, JUDGES / "robots" / "replay.py", program, scene, execution))
+    output_of(program, "execute", "--bundle", scene, "--task", TASK, "--out", execution)
+    replay = json.loads(output_of(python, JUDGES / "robots" / "replay.py", program, scene, execution))
     if not replay["reached"]:
         raise Problem(f"MuJoCo does not reach the goal of {TASK!r} from the joint targets: {replay['predicates']}")
 
     dataset = folder / "episodes"
     words = ["--bundle", scene, "--task", TASK, "--count", EPISODES, "--out", dataset, "--seed", SEED]
-    said(program, "episodes", *words, "--format", "parquet-png,lerobot-v3.0", "--cameras", "side,wrist", "--size", "64")
-    repeated = said(python, JUDGES / "episodes" / "replay_dataset.py", program, scene, execution, dataset)
+    output_of(program, "episodes", *words, "--format", "parquet-png,lerobot-v3.0", "--cameras", "side,wrist", "--size", "64")
+    repeated = output_of(python, JUDGES / "episodes" / "replay_dataset.py", program, scene, execution, dataset)
     repeated = [json.loads(line) for line in repeated.splitlines() if line.startswith("{")]
     apart = [one["episode"] for one in repeated if not one["reached"]]
     if len(repeated) != EPISODES or apart:
         raise Problem(f"of {len(repeated)} episodes MuJoCo does not reach the goal in {apart} from the actions")
-    said(program, "regenerate-episode", "--dataset", dataset, "--scene", scene, "--episode", EPISODES - 1)
+    output_of(program, "regenerate-episode", "--dataset", dataset, "--scene", scene, "--episode", EPISODES - 1)
     return f"MuJoCo repeats an execution and {EPISODES} episodes, of which one was made again to the byte"
 
 
-def said(*words) -> str:
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
-    if done.returncode != 0:
-        command = " ".join(map(str, words[:3]))
-        raise Problem(f"`{command} ...` ended with exit code {done.returncode}: {(done.stderr or done.stdout)[-800:]}")
-    return done.stdout

@@ -1,17 +1,16 @@
-"""`tabletopgen generate` as the scripts call it, and fingerprints of what it writes."""
+"""Scenes by `tabletopgen generate`, and fingerprints of what it writes."""
 
 import hashlib
 import json
 import os
 import shutil
 import subprocess
-import tempfile
-import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.processes import run_alone
 
 
 @dataclass
@@ -56,38 +55,6 @@ def generate(
         why = (told or {}).get("failure", {}).get("message") or f"exit code {run.exit_code}:\n  {last}"
         raise Problem(f"{asked[1]!r} gave no scene: {why}")
     return Generated(out, took, run.cpu_s, told)
-
-
-@dataclass
-class Run:
-    exit_code: int
-    stdout: str
-    stderr: str
-    # Of this process and what it waited for, whatever else runs at the same time.
-    cpu_s: float
-
-
-def run_alone(command: list, seconds: float, environment: dict) -> Run:
-    with tempfile.TemporaryFile() as stdout, tempfile.TemporaryFile() as stderr:
-        process = subprocess.Popen(command, stdout=stdout, stderr=stderr, env=environment)
-        late = threading.Event()
-        timer = threading.Timer(seconds, lambda: (late.set(), process.kill()))
-        timer.start()
-        try:
-            _, status, usage = os.wait4(process.pid, 0)
-        except BaseException:
-            process.kill()
-            raise
-        finally:
-            timer.cancel()
-        process.returncode = os.waitstatus_to_exitcode(status)
-        if late.is_set():
-            raise subprocess.TimeoutExpired(command, seconds)
-        told = []
-        for file in (stdout, stderr):
-            file.seek(0)
-            told.append(file.read().decode("utf-8", "replace"))
-    return Run(process.returncode, *told, usage.ru_utime + usage.ru_stime)
 
 
 def fingerprint(folder: Path) -> str:

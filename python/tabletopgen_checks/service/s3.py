@@ -5,7 +5,7 @@
 runs the command with the address in TABLETOPGEN_TEST_S3_URL and keys that the server takes. Standard library only.
 """
 
-import argparse
+import contextlib
 import http.client
 import os
 import re
@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 from tabletopgen_checks.problem import Problem
-from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.processes import run_beside
 from tabletopgen_checks.service.postgres import free_port
 from tabletopgen_checks.virtual_environment import environment_of
 
@@ -121,23 +121,13 @@ class S3:
             connection.close()
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Run a command beside a private S3 server.")
-    parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
-    parser.add_argument("command", nargs=argparse.REMAINDER)
-    given = parser.parse_args()
-    if not given.command:
-        parser.error("name a command, such as: cargo test -p tabletopgen-store")
-    target = given.target_dir.resolve()
+@contextlib.contextmanager
+def environment(target: Path):
+    """The variables that lead a command to a server of its own."""
     target.mkdir(parents=True, exist_ok=True)
-    try:
-        with S3(target, target / "s3.log") as server:
-            environment = dict(os.environ, **server.environment(), **{VARIABLE: server.url()})
-            return subprocess.run(given.command, env=environment).returncode
-    except Problem as problem:
-        print(problem, file=sys.stderr)
-        return 1
+    with S3(target, target / "s3.log") as server:
+        yield server.environment() | {VARIABLE: server.url()}
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_beside("Run a command beside a private S3 server.", environment))

@@ -1,4 +1,4 @@
-"""Findings of several runs of the judges as one, and programs that run beside."""
+"""Findings of several runs of the judges as one, and programs in the background."""
 
 import contextlib
 import io
@@ -6,9 +6,9 @@ import sys
 import unittest
 from pathlib import Path
 
-from tabletopgen_checks.background import Beside
 from tabletopgen_checks.judges.judging import merged
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.processes import BackgroundProgram
 
 
 def findings(name, accepted=True, movable=10, stable=10, left_out=()):
@@ -37,9 +37,9 @@ class Merged(unittest.TestCase):
         self.assertEqual(merged([empty], 0.95)["dss_mujoco"], 1.0)
 
 
-class BesideOthers(unittest.TestCase):
+class InTheBackground(unittest.TestCase):
     def run_beside(self, code):
-        beside, shown = Beside(), io.StringIO()
+        beside, shown = BackgroundProgram(), io.StringIO()
         beside.start([sys.executable, "-c", code], Path("."))
         with contextlib.redirect_stdout(shown):
             beside.finish()
@@ -53,10 +53,10 @@ class BesideOthers(unittest.TestCase):
         with self.assertRaisesRegex(Problem, "exit code 3"):
             self.run_beside("raise SystemExit(3)")
         with self.assertRaisesRegex(Problem, "not started"):
-            Beside().finish()
+            BackgroundProgram().finish()
 
     def test_stopped_programs_are_gone(self):
-        beside = Beside()
+        beside = BackgroundProgram()
         beside.stop()
         beside.start([sys.executable, "-c", "import time; time.sleep(600)"], Path("."))
         beside.stop()

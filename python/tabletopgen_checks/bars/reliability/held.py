@@ -3,7 +3,7 @@
 import contextlib
 
 from tabletopgen_checks.bars.reliability.proxy import Proxy
-from tabletopgen_checks.bars.remote_kill import Providers
+from tabletopgen_checks.service.mock_vendors import MockVendors
 
 # However long an answer takes, nobody gives it up.
 PATIENT = {
@@ -20,6 +20,6 @@ PATIENT = {
 def held_vendors(bench):
     """Settings of a service that asks it, and the proxy, which holds the analyst's answers back until `release`. The
     analyst is asked first, so that jobs wait in their first stage."""
-    with Providers(bench.binary, 0) as providers, Proxy(providers.port) as proxy:
+    with MockVendors(bench.binary, 0) as providers, Proxy(providers.port) as proxy:
         proxy.hold()
         yield providers.vendors() | PATIENT | {"providers.chat.base_url": f"http://127.0.0.1:{proxy.port}/v1"}, proxy

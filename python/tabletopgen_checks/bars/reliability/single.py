@@ -8,7 +8,7 @@ from functools import partial
 
 from tabletopgen_checks.bars.reliability.part import Finding
 from tabletopgen_checks.bars.reliability.scenes import JOB_SECONDS, SMALL, digest_of, request_of, side_by_side, submit
-from tabletopgen_checks.bars.remote_kill import Providers
+from tabletopgen_checks.service.mock_vendors import MockVendors
 from tabletopgen_checks.service.server import Server
 
 PROMISED_TWINS, PROMISED_POSTS = 10, 200
@@ -21,7 +21,7 @@ def measure_twins(bench) -> Finding:
     stores = bench.stores()
     for store in stores:
         repeated, paid_twice, others = 0, 0, 0
-        with Providers(bench.binary, LATENCY_MS) as providers:
+        with MockVendors(bench.binary, LATENCY_MS) as providers:
             settings = SMALL | providers.vendors()
             with bench.service(store, f"once-{store}", settings=settings) as service:
                 bills, digests = [], []

@@ -9,8 +9,8 @@ from pathlib import Path
 from tabletopgen_checks.bars.reliability.bench import cores
 from tabletopgen_checks.bars.reliability.part import Finding
 from tabletopgen_checks.bars.reliability.scenes import JOB_SECONDS, SMALL, at_seconds, request_of, side_by_side, submit, wait_for_all
-from tabletopgen_checks.bars.remote_kill import Providers
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.service.mock_vendors import MockVendors
 
 WORKERS = (1, 2, 4, 8)
 PROMISED_SCENES, LEAST_EFFICIENCY = 4, 0.85
@@ -25,7 +25,7 @@ def measure_vendors(bench) -> Finding:
     rows, rate_of_one = [], None
     counts = [count for count in WORKERS if count <= bench.given.workers]
     for count in counts:
-        with Providers(bench.binary, bench.given.latency_ms) as providers:
+        with MockVendors(bench.binary, bench.given.latency_ms) as providers:
             settings = SMALL | providers.vendors() | {"worker.concurrency": "1"}
             with bench.service("postgres", f"workers{count}", settings=settings, workers_wanted=count) as service:
                 rate, seconds = rate_of(service, count * bench.given.scenes_each)

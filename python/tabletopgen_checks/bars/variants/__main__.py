@@ -11,7 +11,7 @@ import shutil
 import statistics
 from pathlib import Path
 
-from tabletopgen_checks.bars.page import arguments, lab_beside, table, write
+from tabletopgen_checks.bars.page import arguments, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.bars.variants.diversity import diversity
 from tabletopgen_checks.bars.variants.kept import complaints as kept_complaints
@@ -20,6 +20,7 @@ from tabletopgen_checks.edits.parents import Parent, image_parents, made
 from tabletopgen_checks.edits.runs import called
 from tabletopgen_checks.judges.judging import complaints, finish_setup, judge, start_setup
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import lab_beside
 from tabletopgen_checks.scene.scene import read_scene
 
 PARENTS, VARIANTS, SEED = 8, 6, 34
