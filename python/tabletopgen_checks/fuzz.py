@@ -53,7 +53,7 @@ RSS_LIMIT_MB, MALLOC_LIMIT_MB, TIMEOUT_SECS, MAX_LEN = 2048, 1024, 10, 65536
 
 
 def main() -> bool:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
     parser.add_argument("--seconds", type=int, default=600)
     parser.add_argument("--only", default=",".join(name for name, _, _ in TARGETS))

@@ -66,18 +66,21 @@ def run_alone(command: list, seconds: float, environment: dict) -> Run:
         process.returncode = os.waitstatus_to_exitcode(status)
         if late.is_set():
             raise subprocess.TimeoutExpired(command, seconds)
-        told = []
-        for file in (stdout, stderr):
-            file.seek(0)
-            told.append(file.read().decode("utf-8", "replace"))
-    return Run(process.returncode, *told, usage.ru_utime + usage.ru_stime)
+        return Run(process.returncode, whole(stdout), whole(stderr), usage.ru_utime + usage.ru_stime)
+
+
+def whole(file) -> str:
+    """The text of a temporary file from its beginning."""
+    file.seek(0)
+    return file.read().decode("utf-8", "replace")
 
 
 class BackgroundProgram:
     """A program beside other work, whose output is shown in one piece when it is waited for. `stop` is safe in any state."""
 
     def __init__(self):
-        self.process, self.output, self.command = None, None, []
+        self.process: subprocess.Popen | None = None
+        self.output, self.command = None, []
 
     def start(self, command: list, folder: Path):
         self.command = [str(part) for part in command]
@@ -95,15 +98,17 @@ class BackgroundProgram:
         if self.process is None:
             raise Problem("the program in the background was not started")
         code = self.process.wait()
-        self.output.seek(0)
-        sys.stdout.write(self.output.read().decode("utf-8", "replace"))
+        sys.stdout.write(whole(self.output))
         sys.stdout.flush()
         if code != 0:
             raise Problem(f"`{' '.join(self.command)}` ended with exit code {code}; see above")
 
+    def is_running(self) -> bool:
+        return self.process is not None and self.process.poll() is None
+
     def stop(self):
         """Ends it where it still runs: by SIGINT, which Python programs clean up at."""
-        if self.process is not None and self.process.poll() is None:
+        if self.process is not None and self.is_running():
             self.process.send_signal(2)
             try:
                 self.process.wait(30)

@@ -140,7 +140,7 @@ def streamed(command, environment=None, errors=None, shown=True) -> tuple:
         text=True,
         errors="replace",
     ) as process:
-        for line in process.stdout:
+        for line in process.stdout or ():
             if shown:
                 sys.stdout.write(line)
                 sys.stdout.flush()

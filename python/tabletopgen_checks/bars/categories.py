@@ -52,12 +52,12 @@ class Asked:
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], seeds=SEEDS, only="", part="all", program="")
+    given = arguments(__doc__, seeds=SEEDS, only="", part="all", program="")
     binary = Path(given.program).resolve() if given.program else given.binary
     if given.part == "sample":
         wanted = [Asked(name, "sample", text, seed) for name, text, seed in SAMPLE]
     else:
-        wanted = [Asked(*one, seed) for seed in range(1, given.seeds + 1) for one in texts(categories())]
+        wanted = [Asked(*one, seed=seed) for seed in range(1, given.seeds + 1) for one in texts(categories())]
         wanted = [one for one in wanted if given.part in ("all", one.part) and re.search(given.only, one.name)]
     faults = {}
     for start in range(0, len(wanted), AT_A_TIME):

@@ -25,7 +25,7 @@ MEDIAN_BAR_M, HIGH_BAR_M = 0.003, 0.015
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], count=COUNT)
+    given = arguments(__doc__, count=COUNT)
     environment = given.target_dir / "judges"
     finish_setup(start_setup(environment))
     found = Found()

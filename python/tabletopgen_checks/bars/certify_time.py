@@ -34,7 +34,7 @@ COMPUTED_ANEW = {
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], runs=5)
+    given = arguments(__doc__, runs=5)
     # Nothing is removed before the end: ext4 is slow in creating files where many were deleted a moment ago.
     with tempfile.TemporaryDirectory(dir=given.work) as work:
         runs = [one_run(given.binary, Path(work) / str(k)) for k in range(given.runs)]

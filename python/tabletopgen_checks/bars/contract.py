@@ -41,7 +41,7 @@ FULL_EXAMPLES = 100
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], examples=FULL_EXAMPLES, seed=1, program="")
+    given = arguments(__doc__, examples=FULL_EXAMPLES, seed=1, program="")
     if given.program:
         given.binary = Path(given.program)
     python = environment(given.target_dir / "contract")

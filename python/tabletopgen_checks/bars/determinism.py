@@ -27,7 +27,7 @@ CASES = [
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0])
+    given = arguments(__doc__)
     today, source = time.strftime("%Y-%m-%d", time.gmtime()), source_digest()
     history_path = RESULTS / "fingerprints.json"
     history = json.loads(history_path.read_text()) if history_path.is_file() else []

@@ -54,7 +54,7 @@ SIMULATED_AT_ONCE = 10
 
 def main() -> bool:
     given = arguments(
-        __doc__.splitlines()[0], scenes=SCENES, edits=EDITS, seed=SEED, only=",".join(PARTS), rounds=ROUNDS,
+        __doc__, scenes=SCENES, edits=EDITS, seed=SEED, only=",".join(PARTS), rounds=ROUNDS,
         layouts=LAYOUTS,
     )
     unknown = set(given.only.split(",")) - set(PARTS)

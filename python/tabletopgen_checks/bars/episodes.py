@@ -38,7 +38,7 @@ SPEED, SPEED_IMAGES, SPEED_EPISODES = "Images and steps beside other programs", 
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], count=20, kills=30, timed=20, train=50, regenerated=20, only="all")
+    given = arguments(__doc__, count=20, kills=30, timed=20, train=50, regenerated=20, only="all")
     if given.only == "speed":
         write_section("episodes", "--only speed", SPEED, speed(given, given.work / "episodes_speed"))
         return True

@@ -15,7 +15,7 @@ SENTENCE = "kitchen_prep"
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], runs=9)
+    given = arguments(__doc__, runs=9)
     sentence = next(s for s in sentences() if s.name == SENTENCE)
     runs = []
     for k in range(given.runs):

@@ -29,7 +29,7 @@ VERDICTS = ("stable", "slipped", "dropped")
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], scenes=30, robot="panda", readers="no", minutes=0.0, jobs=1, only="")
+    given = arguments(__doc__, scenes=30, robot="panda", readers="no", minutes=0.0, jobs=1, only="")
     by_robot = {robot: categories(lab_beside(given.binary), robot) for robot in ROBOTS}
     category_bars, category_body = category_summary(by_robot)
     if given.only == "categories":

@@ -20,7 +20,7 @@ JOB_SECONDS = 300
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0])
+    given = arguments(__doc__)
     sentence = next(s for s in sentences() if s.name == SENTENCE)
     folder = given.work / "kill"
     with fresh_server(given, folder) as server:

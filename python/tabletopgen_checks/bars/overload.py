@@ -182,7 +182,7 @@ async def attacked(server: Server, scene: str, attack, limit: float):
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], program="")
+    given = arguments(__doc__, program="")
     binary = Path(given.program) if given.program else given.binary
     folder = given.work / "overload"
     shutil.rmtree(folder, ignore_errors=True)
@@ -192,7 +192,7 @@ def main() -> bool:
     resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, 4096)), hard))
     silent = socket.create_server(("127.0.0.1", 0))
     with Server(binary, folder / "data", folder / "log", arguments=settings(silent)) as server:
-        memory = Memory(server.process.pid)
+        memory = Memory(server.pid)
         created = server.submit_text("a mug", seed=1)
         scene, job = created["id"], created["job"]["id"]
         streams = HEAD.format(method="GET", path=f"/jobs/{job}/events") + "accept: text/event-stream\r\n\r\n"
@@ -267,7 +267,7 @@ def small_server(binary: Path, folder: Path, rows: list, silent: socket.socket) 
     sets = settings(silent, max_connections=64)
     with Server(binary, folder / "small", folder / "log_small", arguments=sets) as server:
         created = server.submit_text("a mug", seed=1)
-        memory = Memory(server.process.pid)
+        memory = Memory(server.pid)
         memory.reset()
         attack = Attack(BIG_ANSWERS, THOUSAND)
         honest = asyncio.run(attacked(server, created["id"], attack, RATE_LIMIT))

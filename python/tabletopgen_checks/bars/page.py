@@ -20,9 +20,9 @@ RESULTS = ROOT / "docs" / "results"
 UNCOMMITTED = " with uncommitted changes"
 
 
-def arguments(description: str, **more) -> argparse.Namespace:
+def arguments(description: "str | None", **more) -> argparse.Namespace:
     """The options every bar has; `more` are options of its own with their defaults."""
-    parser = argparse.ArgumentParser(description=description)
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
     for name, default in more.items():
         parser.add_argument("--" + name.replace("_", "-"), type=type(default), default=default)

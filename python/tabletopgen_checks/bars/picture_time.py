@@ -20,7 +20,7 @@ LOOKED_THROUGH, MOST_OBJECTS = 300, 13
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], runs=5)
+    given = arguments(__doc__, runs=5)
     small, large = given.work / "picture_time" / "small", given.work / "picture_time" / "large"
     paint(given.binary, small, 0, LOOKED_THROUGH, 64)
     truths = [json.loads(path.read_text("utf-8")) for path in sorted(small.glob("validation/*/truth.json"))]

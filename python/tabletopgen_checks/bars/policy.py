@@ -41,7 +41,7 @@ IMAGES = "From images"
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], count=500, starts=100, epochs=60, only="all",
+    given = arguments(__doc__, count=500, starts=100, epochs=60, only="all",
                       image_episodes=160, image_starts=30, image_minutes=9.0)
     with given.binary.open("rb") as program:
         folder = given.work / "policy" / hashlib.file_digest(program, "sha256").hexdigest()[:12]

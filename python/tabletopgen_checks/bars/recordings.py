@@ -32,7 +32,7 @@ LEASE_S, DEADLINE_S = 15, 900
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], count=40, kills=3)
+    given = arguments(__doc__, count=40, kills=3)
     folder = given.work / "recordings"
     subprocess.run(["rm", "-rf", folder], check=True)
     folder.mkdir(parents=True)
@@ -115,7 +115,8 @@ def archived(archive: bytes) -> dict:
     """Digests of the files of a format's archive, by their paths below its folder."""
     with tarfile.open(fileobj=io.BytesIO(archive)) as tar:
         members = [member for member in tar.getmembers() if member.isfile()]
-        return {member.name.split("/", 1)[1]: digest(tar.extractfile(member).read()) for member in members}
+        files = {member.name.split("/", 1)[1]: tar.extractfile(member) for member in members}
+        return {name: digest(file.read()) for name, file in files.items() if file is not None}
 
 
 def of_folder(folder: Path) -> dict:

@@ -27,7 +27,7 @@ ROWS = 1000
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], pictures=ROOT.parent / "shared" / "references")
+    given = arguments(__doc__, pictures=ROOT.parent / "shared" / "references")
     listed = given.pictures / "annotations.json"
     if not listed.is_file():
         raise Problem(f"there are no annotated pictures: {listed} is missing; name their folder with --pictures")

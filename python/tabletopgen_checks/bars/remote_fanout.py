@@ -25,7 +25,7 @@ JOB_SECONDS, MOST = 1200, 3.0
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], program="")
+    given = arguments(__doc__, program="")
     if given.program:
         given.binary = Path(given.program)
     folder = given.work / "remote_fanout"

@@ -28,7 +28,7 @@ MOST_KILLS_OF_A_SCENE = 4
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], kills=200, draw=1, program="")
+    given = arguments(__doc__, kills=200, draw=1, program="")
     if given.program:
         given.binary = Path(given.program)
     folder = given.work / "remote_kill"

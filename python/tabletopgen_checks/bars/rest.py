@@ -36,7 +36,7 @@ JUDGE = ("rest.py", "rest_lines.py", "rest_lines.mjs", "rest_scenes.toml", "rest
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], simulators="", scenes=SCENES, program="")
+    given = arguments(__doc__, simulators="", scenes=SCENES, program="")
     judges = given.target_dir / "judges"
     finish_setup(start_setup(judges))
     every = [one["name"] for one in simulators()]
@@ -143,13 +143,13 @@ def page(wanted, made, found) -> tuple:
 
 
 def row(program: str, promised: str, found: list) -> list:
-    moved = max(found, key=lambda one: one["worst_share"], default=None)
-    deep = max(found, key=lambda one: one["deepest_share"], default=None)
     costs = [one["cpu_s_per_s"] for one in found if one["step_s"]]
     held = f"{sum(one['holds'] for one in found)} of {len(found)}"
     objects = f"{sum(one['held'] for one in found)} of {sum(one['objects'] for one in found)}"
     if not costs:
         return [program, promised, held, objects] + ["-"] * 8
+    moved = max(found, key=lambda one: one["worst_share"])
+    deep = max(found, key=lambda one: one["deepest_share"])
     def of(one, name):
         return f"{one[name]} ({Path(one['bundle']).name})"
     return [

@@ -203,7 +203,7 @@ class Bench:
 
         with ThreadPoolExecutor(self.jobs) as pool:
             waiting = {pool.submit(safely, one): k for k, one in enumerate(every)}
-            found = [None] * len(every)
+            found: list = [None] * len(every)
             for future in as_completed(waiting):
                 found[waiting[future]] = future.result()
                 done += 1
@@ -223,7 +223,7 @@ def main() -> bool:
     options = {"scenes": 100, "tasks": 3, "seeds": 100, "jobs": 2, "only": "all", "problems": 300, "readers": "yes"}
     options["repeated"] = 100
     options["minutes"] = 0.0
-    given = arguments(__doc__.splitlines()[0], **options)
+    given = arguments(__doc__, **options)
     bench = Bench(given)
     parts = {
         "scenes": ("Rehearsed proposals", lambda: in_scenes(bench, given.scenes, given.tasks)),

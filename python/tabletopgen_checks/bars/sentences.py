@@ -15,7 +15,7 @@ from tabletopgen_checks.scene.scene import read_scene
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0])
+    given = arguments(__doc__)
     environment = given.target_dir / "judges"
     finish_setup(start_setup(environment))
     rows, notes, failures = [], [], 0

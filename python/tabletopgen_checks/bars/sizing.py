@@ -24,7 +24,7 @@ MEGABYTE = 1e6
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], scenes=12)
+    given = arguments(__doc__, scenes=12)
     chosen = sorted(sentences(), key=lambda sentence: not sentence.sample)[: given.scenes]
     folder = given.work / "sizing"
     each, idle_mb = one_by_one(given, folder, chosen)
@@ -102,13 +102,14 @@ def taken(server, folder) -> dict:
 
 def processor_s(server) -> float:
     """User and system time of the process, seconds."""
-    fields = Path(f"/proc/{server.process.pid}/stat").read_text().rpartition(")")[2].split()
+    fields = Path(f"/proc/{server.pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def memory_mb(server, name) -> float:
-    status = Path(f"/proc/{server.process.pid}/status").read_text()
-    return int(re.search(rf"^{name}:\s+(\d+) kB", status, re.M).group(1)) * 1024 / MEGABYTE
+    status = Path(f"/proc/{server.pid}/status").read_text()
+    found = dict(re.findall(r"^(\w+):\s+(\d+) kB", status, re.M))
+    return int(found[name]) * 1024 / MEGABYTE
 
 
 def spread(values):

@@ -31,7 +31,7 @@ FEW = 4
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], scenes=300, tasks=200, generated=SENTENCES, jobs=2)
+    given = arguments(__doc__, scenes=300, tasks=200, generated=SENTENCES, jobs=2)
     lab = lab_beside(given.binary)
     maker = SceneMaker(given.binary, given.work / "words", jobs=given.jobs)
     found = [

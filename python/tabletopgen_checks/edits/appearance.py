@@ -24,16 +24,16 @@ def parts(folder: Path, name: str) -> list:
     assets = folder / "mjcf" / "assets"
     textures = {told.get("name"): told.get("file") for told in root.iter("texture")}
     materials = {told.get("name"): told for told in root.iter("material")}
-    meshes = {told.get("name"): told.get("file") for told in root.iter("mesh")}
+    meshes = {told.attrib["name"]: told.attrib["file"] for told in root.iter("mesh")}
     found = []
     for geom in root.iter("geom"):
         if geom.get("name", "").startswith(f"{name}_visual_") and geom.get("material"):
-            material = materials[geom.get("material")]
+            material = materials[geom.attrib["material"]]
             color = tuple(map(float, material.get("rgba", "1 1 1 1").split()))[:3]
             if texture := textures.get(material.get("texture")):
                 color = tuple(a * b for a, b in zip(color, mean_color(assets / texture)))
-            area_m2 = mesh_area_m2(assets / meshes[geom.get("mesh")])
-            found.append(Part(material.get("name").removeprefix(f"{name}_"), area_m2, color))
+            area_m2 = mesh_area_m2(assets / meshes[geom.attrib["mesh"]])
+            found.append(Part(material.attrib["name"].removeprefix(f"{name}_"), area_m2, color))
     return sorted(found, key=lambda part: -part.area_m2)
 
 
@@ -52,7 +52,7 @@ def mesh_area_m2(path: Path) -> float:
 
 def mean_color(path: Path) -> tuple:
     """Mean of an 8-bit PNG without interlacing."""
-    data, offset, packed, head = path.read_bytes(), 8, b"", None
+    data, offset, packed, head = path.read_bytes(), 8, b"", (0,) * 7
     while offset < len(data):
         length, kind = struct.unpack(">I4s", data[offset : offset + 8])
         content = data[offset + 8 : offset + 8 + length]

@@ -79,7 +79,7 @@ class Planner(Choices):
             return made
         # What carries others is the interesting case.
         for body in sorted(self.targets(), key=lambda body: not self.scene.contents(body.name)):
-            wire = {"op": "remove", "target": self.refer(body)}
+            wire: dict = {"op": "remove", "target": self.refer(body)}
             if self.scene.contents(body.name) and self.chance.random() < 0.5:
                 wire["with_contents"] = True
             self.take(body)

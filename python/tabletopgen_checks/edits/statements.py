@@ -236,9 +236,8 @@ def looks_other(context: Context, before: Body, after: Body) -> bool:
     """Whether the largest part of a body has another color than before; without files it has not."""
     if context.parent.folder is None or context.child.folder is None:
         return False
-    colors = [
-        parts(scene.folder, body.name)[0].color for scene, body in ((context.parent, before), (context.child, after))
-    ]
+    folders = (context.parent.folder, before), (context.child.folder, after)
+    colors = [parts(folder, body.name)[0].color for folder, body in folders]
     return math.dist(*colors) > OTHER_COLOR
 
 

@@ -51,7 +51,7 @@ def rest(judges: Path, program: str, bundles: list, seconds: float = 5.0):
     """What rest.py tells of each bundle, as it comes."""
     command = [judges / "bin/python", JUDGES / "rest.py", "--json", "--programs", program, "--seconds", seconds, *bundles]
     with subprocess.Popen([str(part) for part in command], stdout=subprocess.PIPE, text=True) as process:
-        for line in process.stdout:
+        for line in process.stdout or ():
             yield json.loads(line)
     if process.returncode not in (0, 1):
         raise Problem(f"rest.py did not run for {program}; see above")

@@ -44,7 +44,8 @@ def sentence(k: int, words: dict) -> Sentence:
     if stacked:
         for category in chance.sample(sorted(family.piles), 2):
             made.pile(category, chance.randint(2, family.piles[category]))
-        made.host(*chance.choice(family.inside), "in", chance)
+        host, category, most = chance.choice(family.inside)
+        made.host(host, category, most, "in", chance)
     else:
         kinds = chance.sample(["in", "on", "beside", "pile"], 3 if crowded else 2)
         for kind in kinds:
@@ -54,7 +55,8 @@ def sentence(k: int, words: dict) -> Sentence:
             elif kind == "beside":
                 made.beside(*chance.choice(family.beside))
             else:
-                made.host(*chance.choice(family.inside if kind == "in" else family.upon), kind, chance)
+                host, category, most = chance.choice(family.inside if kind == "in" else family.upon)
+                made.host(host, category, most, kind, chance)
     wanted = chance.randint(max(lowest, made.objects() + 1), highest)
     things = sorted(family.things)
     chance.shuffle(things)
@@ -73,7 +75,7 @@ class Clauses:
 
     def __init__(self, words):
         self.words, self.clauses, self.counts = words, [], {}
-        self.expectation = {"objects": [], "relations": [], "arrangements": []}
+        self.expectation: dict = {"objects": [], "relations": [], "arrangements": []}
 
     def objects(self) -> int:
         return sum(self.counts.values())

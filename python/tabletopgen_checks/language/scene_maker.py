@@ -55,7 +55,7 @@ class SceneOutcome:
 
     def complaints(self, of_view) -> list:
         """What is not as the text asks for, by `of_view` of the measured scene; a scene in quarantine holds nothing."""
-        if self.failure:
+        if self.view is None:
             return [self.failure]
         wrong = [] if self.certified else [f"quarantine: {'; '.join(self.reasons) or 'no reason'}"]
         if differing := self.view.differences():

@@ -93,7 +93,10 @@ class Rules:
     def meaning(self, lemma: str):
         """What a noun stands for, or None if it is only a proper name."""
         if lemma in self.chosen:
-            return Meaning(self.chosen[lemma], self.rule(self.chosen[lemma]), 0, True, False, False)
+            synset = self.chosen[lemma]
+            rule = self.rule(synset)
+            assert rule is not None, f"the chosen meaning of {lemma} has no rule"
+            return Meaning(synset, rule, 0, True, False, False)
         meanings = list(self.meanings(lemma))
         # "Frisbee" is no name of one object; a word that is also spelled in lower case is not meant as a name.
         meanings = [meaning for meaning in meanings if meaning.is_spelled_so] or meanings

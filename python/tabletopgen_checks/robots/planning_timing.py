@@ -71,7 +71,7 @@ def duration_s(path, joints) -> float:
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, default=Path("target/robot_planning"))
     parser.add_argument("--count", type=int, default=100)
     options = parser.parse_args()

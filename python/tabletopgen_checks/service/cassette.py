@@ -24,7 +24,7 @@ DATE = (1980, 1, 1, 0, 0, 0)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--binary", type=Path, default=ROOT / "target/release/tabletopgen")
     binary = parser.parse_args().binary
     with MockVendors(binary, listen=ADDRESS), tempfile.TemporaryDirectory() as work:

@@ -23,6 +23,7 @@ class MockVendors:
         command = [self.lab, "mock-vendors", "--listen", self.listen, "--seed", str(SEED)]
         command += ["--latency-ms", str(self.latency_ms)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
+        assert self.process.stdout is not None
         found = re.search(r"127\.0\.0\.1:(\d+)", self.process.stdout.readline())
         if not found:
             raise Problem("mock-vendors did not say where it listens")

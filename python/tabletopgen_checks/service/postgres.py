@@ -113,7 +113,7 @@ class Postgres:
 
     def stop(self, mode="fast"):
         """`fast` rolls open transactions back, `immediate` is a crash: the next start recovers from the log."""
-        if self.process is None or self.process.poll() is not None:
+        if self.process is None or not self.is_running():
             return
         self.process.send_signal({"fast": signal.SIGINT, "immediate": signal.SIGQUIT}[mode])
         try:
@@ -122,6 +122,9 @@ class Postgres:
             # Its children end when they find it gone.
             self.process.kill()
             self.process.wait()
+
+    def is_running(self) -> bool:
+        return self.process is not None and self.process.poll() is None
 
     def restart(self, mode="fast", pause_seconds=0.0):
         self.stop(mode)

@@ -101,7 +101,8 @@ class S3:
                 raise Problem(f"the bucket {bucket} was not listed: {status}")
             text = content.decode()
             for entry in re.findall(r"<Contents>(.*?)</Contents>", text, re.DOTALL):
-                found[re.search(r"<Key>(.*?)</Key>", entry)[1]] = int(re.search(r"<Size>(\d+)</Size>", entry)[1])
+                ((key,), (size,)) = re.findall(r"<Key>(.*?)</Key>", entry), re.findall(r"<Size>(\d+)</Size>", entry)
+                found[key] = int(size)
             more = re.search(r"<NextContinuationToken>(.*?)</NextContinuationToken>", text)
             if not more:
                 return found

@@ -35,7 +35,9 @@ class Server:
         self.binary, self.data, self.log = Path(binary), Path(data), Path(log)
         self.environment, self.arguments = environment or {}, list(arguments)
         self.role, self.within = role, list(within)
-        self.process, self.port = None, None
+        self.process: subprocess.Popen | None = None
+        # 0 until it says where it listens.
+        self.port = 0
 
     def __enter__(self):
         self.start()
@@ -67,7 +69,7 @@ class Server:
                 )
             except OSError as error:
                 raise Problem(f"{self.binary} does not start: {error.strerror}; build it with `make build`") from error
-        self.port, self.announced = None, threading.Event()
+        self.port, self.announced = 0, threading.Event()
         threading.Thread(target=self._listen, args=(self.process.stdout, self.announced), daemon=True).start()
 
     def wait_until_ready(self):
@@ -125,12 +127,17 @@ class Server:
             self.process.kill()
             self.process.wait()
 
+    @property
+    def pid(self) -> int:
+        assert self.process is not None, "the server was not launched"
+        return self.process.pid
+
     def pause(self):
         """The process stops where it is, as a virtual machine does that is moved."""
-        self.process.send_signal(signal.SIGSTOP)
+        os.kill(self.pid, signal.SIGSTOP)
 
     def resume(self):
-        self.process.send_signal(signal.SIGCONT)
+        os.kill(self.pid, signal.SIGCONT)
 
     def words(self, lines=15) -> str:
         """The end of its log."""
@@ -141,7 +148,7 @@ class Server:
         return "\n".join(["the last the server said:"] + [f"  {line}" for line in tail or ["(nothing)"]])
 
     def _check_alive(self, when):
-        code = self.process.poll()
+        code = self.process.poll() if self.process is not None else None
         if code is not None:
             how = f"by signal {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
             raise Problem(f"the server ended {how} {when}\n{self.words()}")

@@ -16,7 +16,9 @@ class Shard(unittest.TestCase):
             members = archive.getmembers()
             self.assertEqual([member.name for member in members], list(MEMBERS))
             for member in members:
-                self.assertEqual(archive.extractfile(member).read(), MEMBERS[member.name])
+                content = archive.extractfile(member)
+                assert content is not None
+                self.assertEqual(content.read(), MEMBERS[member.name])
                 self.assertEqual((member.mtime, member.uid, member.gid, member.mode), (0, 0, 0, 0o644))
                 self.assertEqual((member.uname, member.gname), ("", ""))
 

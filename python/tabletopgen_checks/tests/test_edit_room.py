@@ -71,6 +71,7 @@ class Room(unittest.TestCase):
     def test_a_found_place_touches_nothing(self):
         found = scene(*(body(f"a_{k}", -0.5 + 0.2 * k, 0.1 * (k % 3 - 1), yaw_deg=17 * k) for k in range(6)))
         place = free_place(found, box((0.15, 0.08, 0.1)), obstacles_of(found), levels_of(found, "table"))
+        assert place is not None
         for other in found.bodies.values():
             self.assertGreaterEqual(distance_m(place.footprint, other.footprint), 0.01 - 1e-9)
         self.assertTrue(outline_holds(found.outline, place.footprint, 0.01 - 1e-9))
@@ -93,6 +94,7 @@ class Room(unittest.TestCase):
             if outline is OUTLINE:
                 self.assertEqual(sorted((round(p.center[0], 3), round(p.center[1], 3)) for p in seen), sorted(slow))
             place = free_place(found, shape, [], levels_of(found, "table"), yaws=yaws)
+            assert place is not None
             self.assertTrue(outline_holds(found.outline, place.footprint, 0.01 - 1e-9))
 
     def test_layers_enclose_the_hulls_at_their_heights(self):

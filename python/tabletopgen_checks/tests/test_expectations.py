@@ -23,7 +23,7 @@ def view(*objects, **more):
     return Described({"theme": "", "family": "", "table": {}, "objects": list(objects), "prose": "", **more})
 
 
-def some(category, count=1, **more):
+def some(category, count: int | list = 1, **more):
     return {"category": category, "count": count, **more}
 
 

@@ -60,7 +60,7 @@ class InTheBackground(unittest.TestCase):
         beside.stop()
         beside.start([sys.executable, "-c", "import time; time.sleep(600)"], Path("."))
         beside.stop()
-        self.assertIsNotNone(beside.process.poll())
+        self.assertFalse(beside.is_running())
 
 
 if __name__ == "__main__":

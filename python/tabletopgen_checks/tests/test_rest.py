@@ -12,6 +12,7 @@ from tabletopgen_checks.judges.resting import Wish, simulators, wishes, words
 from tabletopgen_checks.repository import JUDGES, ROOT
 
 SPECIFICATION = importlib.util.spec_from_file_location("rest_lines", JUDGES / "rest_lines.py")
+assert SPECIFICATION is not None and SPECIFICATION.loader is not None
 rest_lines = importlib.util.module_from_spec(SPECIFICATION)
 SPECIFICATION.loader.exec_module(rest_lines)
 

@@ -97,7 +97,9 @@ class OfSmallWordNet(unittest.TestCase):
     def test_a_second_meaning_counts_unless_the_first_is_much_more_frequent(self):
         self.assertEqual(self.of["crew"][0], "not:abstract")
         self.nouns.counts["crew", 1] = 20
-        self.assertEqual(self.rules.meaning("crew").rule.key, "cup")
+        found = self.rules.meaning("crew")
+        assert found is not None
+        self.assertEqual(found.rule.key, "cup")
 
     def test_the_first_of_equally_near_rules_counts(self):
         self.assertEqual(self.of["cart"][0], "cup")

@@ -2,6 +2,7 @@
 
 import math
 import unittest
+from pathlib import Path
 from unittest import mock
 
 from tabletopgen_checks.bars.synthesizer import report, runs
@@ -11,7 +12,7 @@ from tabletopgen_checks.repository import SCRIPTS
 NAMES = [f"mug_{k}" for k in range(OBJECTS)]
 
 
-def one(way, seed=1, place_s=1.0, process_s=2.0, names=NAMES, colliding=(), resting=None, moved_mm=0.1, depth_mm=0.0):
+def one(way, seed=1, place_s: float | None = 1.0, process_s=2.0, names=NAMES, colliding=(), resting=None, moved_mm=0.1, depth_mm=0.0):
     findings = {
         "colliding": list(colliding),
         "at_rest": list(names if resting is None else resting),
@@ -36,8 +37,8 @@ class Asked(unittest.TestCase):
         )
 
     def test_without_a_bundle_the_package_is_only_imported(self):
-        self.assertNotIn("--bundle", runs.synthesizer_command("python", None, "upright", 0))
-        command = runs.synthesizer_command("python", "desk", "stable", 7)
+        self.assertNotIn("--bundle", runs.synthesizer_command(Path("python"), None, "upright", 0))
+        command = runs.synthesizer_command(Path("python"), Path("desk"), "stable", 7)
         self.assertEqual(command[-6:], ["--poses", "stable", "--seed", "7", "--bundle", "desk"])
 
     def test_a_quarter_turn_takes_x_to_y(self):

@@ -51,7 +51,7 @@ print(json.dumps({"samples": len(seen), "right": sum(key == name for key, name i
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], seeds=SEEDS, kills=KILLS, seed=SEED)
+    given = arguments(__doc__, seeds=SEEDS, kills=KILLS, seed=SEED)
     requests, folder = len(TEXTS) * given.seeds, given.work / "batch"
     for old in (folder, folder.with_suffix(".log"), given.work / "datasets"):
         shutil.rmtree(old, ignore_errors=True) if old.is_dir() else old.unlink(missing_ok=True)

@@ -17,11 +17,13 @@ from pathlib import Path
 def bundles(version: Path):
     """(split, id, archive) of every scene."""
     for shard in sorted((version / "shards").glob("*.tar")):
-        split = re.fullmatch(r"(.+)-\d+\.tar", shard.name).group(1)
+        split = shard.stem.rpartition("-")[0]
         with tarfile.open(shard) as members:
             for member in members:
                 if member.name.endswith(".zip"):
-                    yield split, member.name[:-4], members.extractfile(member).read()
+                    content = members.extractfile(member)
+                    assert content is not None, f"{member.name} of {shard} is no file"
+                    yield split, member.name[:-4], content.read()
     if (version / "scenes").is_dir():
         told = json.loads((version / "dataset.json").read_text(encoding="utf-8"))
         for entry in told["scenes"]:

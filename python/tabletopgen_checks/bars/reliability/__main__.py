@@ -58,7 +58,7 @@ KEPT = RESULTS / "reliability.json"
 
 def main() -> bool:
     given = arguments(
-        __doc__.splitlines()[0],
+        __doc__,
         only=",".join(PARTS),
         stores=",".join(STORES),
         program="",

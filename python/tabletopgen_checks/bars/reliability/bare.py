@@ -49,7 +49,9 @@ def transaction_in(text: str) -> list:
             entries[-1] += "\n" + line.lstrip("\t")
     open_transactions = {}
     for entry in entries:
-        process, kind, words = ENTRY.match(entry).groups()
+        found = ENTRY.match(entry)
+        assert found is not None, f"{entry!r} does not begin an entry of the log"
+        process, kind, words = found.groups()
         if kind == "DETAIL":
             statements = open_transactions.get(process)
             if statements and words.lower().startswith("parameters:"):

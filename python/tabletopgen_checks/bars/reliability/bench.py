@@ -70,15 +70,17 @@ class Service:
     database_at: str = ""
     s3_url: str = ""
     # Another PostgreSQL than that of everybody.
-    postgres: Postgres = None
+    postgres: Postgres | None = None
     # A folder of data that is there already, such as a small disk.
-    data: Path = None
+    data: Path | None = None
 
     def __post_init__(self):
         if self.store == "postgres":
             self.postgres = self.postgres or self.bench.postgres
         self.folder = self.bench.folder / self.name
         self.apis, self.workers, self.count = [], [], 0
+        # The name of each server in the database.
+        self.users: dict[Server, str | None] = {}
 
     def __enter__(self):
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -88,7 +90,7 @@ class Service:
                 self.apis = [self._server("all", None)]
                 self.workers = self.apis
             else:
-                self.postgres.create(self.database)
+                self.sql_server.create(self.database)
                 self.bench.s3.create(self.bucket)
                 self.apis = [self._server("api", f"api{k}") for k in range(self.apis_wanted)]
                 self.workers = [self.another_worker() for _ in range(self.workers_wanted)]
@@ -104,13 +106,18 @@ class Service:
             # What shall be seen of an orderly stop is seen before; here nothing is waited for.
             server.kill()
         if self.store == "postgres":
-            self.postgres.drop(self.database)
+            self.sql_server.drop(self.database)
         if not self.bench.given.keep:
             shutil.rmtree(self.folder, ignore_errors=True)
 
     @property
     def api(self) -> Server:
         return self.apis[0]
+
+    @property
+    def sql_server(self) -> Postgres:
+        assert self.postgres is not None, "a service on SQLite has no PostgreSQL"
+        return self.postgres
 
     @property
     def servers(self) -> list:
@@ -147,7 +154,7 @@ class Service:
 
     def replace(self, dead: Server) -> Server:
         """A new process, started and not waited for, in place of a dead one."""
-        fresh = self._server(dead.role, dead.user) if dead in self.apis else self.another_worker()
+        fresh = self._server(dead.role, self.users[dead]) if dead in self.apis else self.another_worker()
         self.apis = [fresh if server is dead else server for server in self.apis]
         self.workers = [fresh if server is dead else server for server in self.workers]
         fresh.launch()
@@ -159,7 +166,7 @@ class Service:
             data = self.folder / user
             # Several threads may start servers at once.
             exists = "EXCEPTION WHEN duplicate_object OR unique_violation THEN NULL"
-            self.postgres.sql(f"DO $$ BEGIN CREATE ROLE {user} LOGIN SUPERUSER; {exists}; END $$")
+            self.sql_server.sql(f"DO $$ BEGIN CREATE ROLE {user} LOGIN SUPERUSER; {exists}; END $$")
         data.mkdir(parents=True, exist_ok=True)
         settings = self.storage(role, user) | self.settings
         arguments = [part for key, value in settings.items() for part in ("--set", f"{key}={value}")]
@@ -168,7 +175,7 @@ class Service:
         # Where the workers have a network of their own, requests are answered outside of it.
         within = () if role == "api" and self.database_at else self.within
         server = Server(self.bench.binary, data, log, environment, arguments, role, within)
-        server.user = user
+        self.users[server] = user
         return server
 
     def storage(self, role, user) -> dict:
@@ -176,13 +183,13 @@ class Service:
         if self.store == "sqlite":
             return {}
         address, url = (self.database_at, self.s3_url) if role == "worker" else ("", "")
-        database = self.postgres.url(self.database, user, address or None)
+        database = self.sql_server.url(self.database, user, address or None)
         return {"store.database": database} | self.bench.s3.settings(self.bucket, url or None)
 
     def rows(self, statement: str) -> list:
         """Of the database, as lists of text."""
         if self.store == "postgres":
-            return self.postgres.sql(statement, self.database)
+            return self.sql_server.sql(statement, self.database)
         import sqlite3
 
         connection = sqlite3.connect(self.data_folder / "tabletopgen.sqlite", timeout=30)

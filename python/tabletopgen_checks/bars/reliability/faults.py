@@ -53,7 +53,7 @@ class Asking(threading.Thread):
     """Twice a second submits a scene, asks whether the service is ready and downloads a bundle, as clients do that
     know nothing of the fault."""
 
-    def __init__(self, api, first: int, made: str):
+    def __init__(self, api, first: int, made):
         super().__init__(daemon=True)
         self.api, self.number, self.made, self.asked, self.over = api, first, made, Asked(), threading.Event()
 
@@ -131,7 +131,7 @@ def disturbed(bench, service, digests, how: str, fault) -> tuple:
     all.
     """
     audit.install(service)
-    before = [server.process.pid for server in service.servers]
+    before = [server.pid for server in service.servers]
     ids = [(0, *submit(service.api, 0))]
     service.api.wait(ids[0][2], JOB_SECONDS)
     ids += [(number, *submit(service.api, number)) for number in range(1, SCENES)]
@@ -158,7 +158,7 @@ def disturbed(bench, service, digests, how: str, fault) -> tuple:
                 if number in digests or not line.startswith("bytes")
             ]
     wrong += audit.double_commits(service)
-    alive = [server.process.poll() is None and server.process.pid in before for server in service.servers]
+    alive = [server.process.poll() is None and server.pid in before for server in service.servers]
     if not all(alive):
         wrong.append("restart: a process ended")
     unclear = [status for status in asked.statuses if status not in (202, *CLEAR)]
@@ -299,7 +299,7 @@ def postgres_disk_full(bench) -> tuple:
                 filler = fill(place)
                 time.sleep(bench.given.outage_seconds / 2)
                 filler.unlink()
-                if postgres.process.poll() is not None:
+                if not postgres.is_running():
                     postgres.start()
 
             return disturbed(bench, service, digests, how, fault)

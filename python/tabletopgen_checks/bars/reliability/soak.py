@@ -129,7 +129,7 @@ def soaked(service, seconds: float) -> tuple:
 
 
 def sample(service) -> dict:
-    pids = [server.process.pid for server in service.servers]
+    pids = [server.pid for server in service.servers]
     blobs, database, _ = usage_now(service)
     return {
         "memory": sum(resident_mb(pid) for pid in pids),

@@ -12,7 +12,7 @@ from tabletopgen_checks.bars.synthesizer.runs import LAYOUTS, placements
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], layouts=LAYOUTS)
+    given = arguments(__doc__, layouts=LAYOUTS)
     return write_page(placements(given.binary, given.target_dir, given.work / "synthesizer", given.layouts))
 
 

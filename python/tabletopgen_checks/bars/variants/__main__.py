@@ -37,7 +37,7 @@ TEXTS = [
 
 
 def main() -> bool:
-    given = arguments(__doc__.splitlines()[0], parents=PARENTS, variants=VARIANTS, seed=SEED)
+    given = arguments(__doc__, parents=PARENTS, variants=VARIANTS, seed=SEED)
     environment = given.target_dir / "judges"
     finish_setup(start_setup(environment))
     rows, axes, failed = [], {}, []
@@ -118,7 +118,7 @@ def made_variants(binary: Path, parent, count: int, seed: int, folder: Path) -> 
     bundles = sorted(folder.glob("variant_*"))
     if len(bundles) != count:
         told = json.dumps(done.document)[-500:] if done.document else ""
-        raise Problem(f"{len(bundles)} of {count} variants of {parent.name} were made: {done.stderr} {told}")
+        raise Problem(f"{len(bundles)} of {count} variants of {parent.name} were made: {done.errors} {told}")
     return bundles
 
 

@@ -73,6 +73,7 @@ def is_other_mesh(before, after) -> bool:
 
 
 def color(scene: Scene, name: str) -> tuple:
+    assert scene.folder is not None
     found = parts(scene.folder, name)
     area_m2 = sum(part.area_m2 for part in found)
     return tuple(sum(part.area_m2 * part.color[k] for part in found) / area_m2 for k in range(3))
