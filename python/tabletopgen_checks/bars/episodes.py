@@ -5,7 +5,7 @@
 
 A scene is generated, and `tabletopgen episodes` records a task in it in every format. LeRobot, PyAV, pyarrow, h5py and
 Pillow read all frames, and LeRobot trains (tests/judges/episodes/recorded.py). MuJoCo repeats the episodes from their
-servo commands, and from their actions (tests/judges/episodes/replay_dataset.py). The dataset is recorded again with other
+servo commands, and from their actions (tests/judges/robots/replay_dataset.py). The dataset is recorded again with other
 workers, and with kills; where it is complete before the last kill, it is begun anew. Episodes are made again from their
 records. `speed` measures images beside MuJoCo's renderer and Embree (tests/judges/episodes/speed.py), and
 steps beside MuJoCo and PhysX (stepping.py).
@@ -184,7 +184,7 @@ def replayed(given, scene: Path, folder: Path, dataset: Path, column: str) -> li
     execution = folder / "execution"
     if not execution.exists():
         subprocess.run([str(given.binary), "execute", "--scene", scene, "--task", TASK, "--out", execution], check=False)
-    script = JUDGES / "episodes" / "replay_dataset.py"
+    script = JUDGES / "robots" / "replay_dataset.py"
     text = output_of(python / "bin/python", script, given.binary, scene, execution, dataset, column)
     return [json.loads(line) for line in text.splitlines() if line.startswith("{")]
 

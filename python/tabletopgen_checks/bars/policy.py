@@ -5,8 +5,8 @@
 
 A scene is generated, and `tabletopgen episodes` records `count` episodes of one task in it with the usual randomization,
 as many without any, and `starts` with another seed, of which only the beginnings are used. A small network is trained on
-each of the first two with PyTorch (tests/judges/policies/train.py), and does the task from the starts in MuJoCo, which made
-none of the data (tests/judges/policies/rollout.py). Another network is trained on images of fewer episodes, for so many CPU
+each of the first two with PyTorch (tests/judges/robots/policy_training.py), and does the task from the starts in MuJoCo, which made
+none of the data (tests/judges/robots/policy_rollout.py). Another network is trained on images of fewer episodes, for so many CPU
 minutes, and sees MuJoCo's own images (train_images.py and rollout_images.py there). Scene and datasets are kept under the
 target directory for the same program.
 """
@@ -99,11 +99,11 @@ def from_images(given, torch: Path, mujoco: Path, scene: Path, execution: Path, 
     dataset = recorded(given, scene, scene.with_name(f"images_{count}"), TRAINING_SEED, count, "usual",
                        "--size", 96, "--instance-ids", cameras="front,wrist")
     weights = scene.with_name(f"images_{count}.npz")
-    policies = JUDGES / "policies"
-    cost = output_of(torch, policies / "train_images.py", dataset, execution / "mjcf" / "panda.xml", weights,
+    robots = JUDGES / "robots"
+    cost = output_of(torch, robots / "policy_training_images.py", dataset, execution / "mjcf" / "panda.xml", weights,
                 "--minutes", given.image_minutes)
     cost = json.loads(cost.splitlines()[-1])
-    text = output_of(mujoco, policies / "rollout_images.py", given.binary, scene, execution, starts, weights, dataset,
+    text = output_of(mujoco, robots / "policy_rollout_images.py", given.binary, scene, execution, starts, weights, dataset,
                 "--only", given.image_starts)
     found = outcomes([json.loads(line) for line in text.splitlines() if line.startswith("{")])
     kinds = ", ".join(f"{times} {kind}" for kind, times in Counter(found).most_common())
@@ -140,12 +140,12 @@ def python_of(given, name: str, judges: str) -> Path:
 
 def trained_on(given, python: Path, dataset: Path, execution: Path, weights: Path) -> dict:
     mjcf = execution / "mjcf" / "panda.xml"
-    text = output_of(python, JUDGES / "policies" / "train.py", dataset, mjcf, weights, "--epochs", given.epochs)
+    text = output_of(python, JUDGES / "robots" / "policy_training.py", dataset, mjcf, weights, "--epochs", given.epochs)
     return json.loads(text.splitlines()[-1])
 
 
 def rolled_out(given, python: Path, scene: Path, execution: Path, starts: Path, weights: Path, *more) -> list:
-    script = JUDGES / "policies" / "rollout.py"
+    script = JUDGES / "robots" / "policy_rollout.py"
     text = output_of(python, script, given.binary, scene, execution, starts, weights, *more)
     return [json.loads(line) for line in text.splitlines() if line.startswith("{")]
 

@@ -38,7 +38,7 @@ def check(program: Path, folder: Path, target: Path) -> str:
     dataset = folder / "episodes"
     words = ["--bundle", scene, "--task", TASK, "--count", EPISODES, "--out", dataset, "--seed", SEED]
     output_of(program, "episodes", *words, "--format", "parquet-png,lerobot-v3.0", "--cameras", "side,wrist", "--size", "64")
-    repeated = output_of(python, JUDGES / "episodes" / "replay_dataset.py", program, scene, execution, dataset)
+    repeated = output_of(python, JUDGES / "robots" / "replay_dataset.py", program, scene, execution, dataset)
     repeated = [json.loads(line) for line in repeated.splitlines() if line.startswith("{")]
     apart = [one["episode"] for one in repeated if not one["reached"]]
     if len(repeated) != EPISODES or apart:

@@ -1,9 +1,9 @@
 """A small policy is trained on recorded episodes by behavior cloning, on the CPU.
 
-    train.py DATASET MJCF WEIGHTS [--epochs N] [--episodes N] [--seed N]
+    policy_training.py DATASET MJCF WEIGHTS [--epochs N] [--episodes N] [--seed N]
 
 DATASET has the format `parquet-png`; MJCF is that of its robot, without the scene. The policy gives, from what is
-observed at a frame (observation.py), what the servos are asked for in each of the next frames. WEIGHTS is written as
+observed at a frame (policy_observation.py), what the servos are asked for in each of the next frames. WEIGHTS is written as
 numpy reads it. Prints one line of JSON: loss, frames, CPU seconds, and how many episodes differ in their actions.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 import pyarrow.parquet as parquet
 import torch
 
-from observation import Chain, base_from_objects, observed, pose_of
+from policy_observation import Chain, base_from_objects, observed, pose_of
 
 # The policy asks for so many frames at a time.
 CHUNK_FRAMES = 16

@@ -18,8 +18,7 @@ import mujoco
 import numpy as np
 import pyarrow.parquet as parquet
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "robots"))
-from replay import REST_S, Scene, judged  # noqa: E402
+from replay import REST_S, Scene, judged
 
 
 class Episode(Scene):

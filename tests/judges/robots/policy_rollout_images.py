@@ -1,8 +1,8 @@
 """A policy that was trained on images does the task in MuJoCo, and the program decides whether it is done.
 
-    rollout_images.py PROGRAM BUNDLE EXECUTION STARTS WEIGHTS DATASET [--every FRAMES] [--seconds S] [--only N]
+    policy_rollout_images.py PROGRAM BUNDLE EXECUTION STARTS WEIGHTS DATASET [--every FRAMES] [--seconds S] [--only N]
 
-As rollout.py, but the policy sees MuJoCo's own images, with its own light, floor and sky. The cameras of each start are
+As policy_rollout.py, but the policy sees MuJoCo's own images, with its own light, floor and sky. The cameras of each start are
 those of the episode of the same number in DATASET, on which the policy was trained. Needs EGL.
 """
 
@@ -13,20 +13,20 @@ from pathlib import Path
 
 os.environ.setdefault("MUJOCO_GL", "egl")
 
-import mujoco  # noqa: E402
-import numpy as np  # noqa: E402
-import pyarrow.parquet as parquet  # noqa: E402
+import mujoco
+import numpy as np
+import pyarrow.parquet as parquet
 
-from observation import Chain, observed  # noqa: E402
-from replay import judged  # noqa: E402
-from rollout import Policy, Rollout, pose_record  # noqa: E402
+from policy_observation import Chain, observed
+from policy_rollout import Policy, Rollout, pose_record
+from replay import judged
 
 # Axes of OpenCV to those of MuJoCo.
 TURNED = np.diag([1.0, -1.0, -1.0])
 
 
 class ImagePolicy(Policy):
-    """What train_images.py wrote, as functions of numpy."""
+    """What policy_training_images.py wrote, as functions of numpy."""
 
     def __init__(self, weights: Path):
         super().__init__(weights)

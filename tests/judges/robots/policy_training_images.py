@@ -1,8 +1,8 @@
 """A small policy is trained on the camera images of recorded episodes by behavior cloning, on the CPU.
 
-    train_images.py DATASET MJCF WEIGHTS [--minutes N] [--episodes N] [--seed N]
+    policy_training_images.py DATASET MJCF WEIGHTS [--minutes N] [--episodes N] [--seed N]
 
-As train.py, but instead of the objects' poses the policy sees the images of each frame. Training replaces what is behind the
+As policy_training.py, but instead of the objects' poses the policy sees the images of each frame. Training replaces what is behind the
 scene by random colors (with the dataset's instance ids), and changes contrast and colors, since another simulator paints
 the scene in another light. Beside the targets the network learns where the objects stood at first, as a second output that
 is not used later. Training ends after so many CPU minutes.
@@ -18,8 +18,8 @@ import numpy as np
 import torch
 from PIL import Image
 
-from observation import Chain, observed
-from train import CHUNK_FRAMES, HELD_OUT, check_chain, episodes_of, examples, scales_of
+from policy_observation import Chain, observed
+from policy_training import CHUNK_FRAMES, HELD_OUT, check_chain, episodes_of, examples, scales_of
 
 # Of each layer: channels, kernel, stride.
 CONVOLUTIONS, WIDTH, FEATURES = ((24, 6, 4), (48, 4, 2), (64, 3, 2)), 512, 256

@@ -1,6 +1,6 @@
 """A trained policy does the task in MuJoCo, and the program decides whether it is done.
 
-    rollout.py PROGRAM BUNDLE EXECUTION STARTS WEIGHTS [--every FRAMES] [--seconds S] [--only N]
+    policy_rollout.py PROGRAM BUNDLE EXECUTION STARTS WEIGHTS [--every FRAMES] [--seconds S] [--only N]
 
 EXECUTION is what `PROGRAM execute --bundle BUNDLE --out EXECUTION` wrote with the robot of the policy: its MJCF is used.
 STARTS is a dataset of the format `parquet-png`: of its episodes only the beginnings are taken, objects with their masses
@@ -10,18 +10,15 @@ reached straight within it. Prints one line of JSON for each episode.
 
 import argparse
 import json
-import sys
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pyarrow.parquet as parquet
 
-JUDGES = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(JUDGES / "robots"), str(JUDGES / "episodes")]
-from observation import Chain, base_from_objects, observed  # noqa: E402
-from replay import REST_S, judged  # noqa: E402
-from replay_dataset import Episode, opening_per_position  # noqa: E402
+from policy_observation import Chain, base_from_objects, observed
+from replay import REST_S, judged
+from replay_dataset import Episode, opening_per_position
 
 # An object that has risen by this, and still stands as it did, has been lifted: one that falls over may rise, too.
 LIFTED_M = 0.03
@@ -30,7 +27,7 @@ UPRIGHT_RAD = 0.5
 
 
 class Policy:
-    """What train.py wrote, as functions of numpy."""
+    """What policy_training.py wrote, as functions of numpy."""
 
     def __init__(self, weights: Path):
         self.arrays = dict(np.load(weights))
