@@ -153,8 +153,8 @@ def same(expected: str, found: str) -> bool:
 
 def run(every: list, program: Path, work: Path) -> float:
     """Runs the fences of a group in a folder; the CPU seconds of the commands."""
-    home, told = work / "home", work / "told"
-    for folder in (home / "target/release", home / "bin", told):
+    home, outputs = work / "home", work / "told"
+    for folder in (home / "target/release", home / "bin", outputs):
         folder.mkdir(parents=True)
     for name in ("tabletopgen", "tabletopgen-lab"):
         for place in (home / "bin", home / "target/release"):
@@ -163,8 +163,8 @@ def run(every: list, program: Path, work: Path) -> float:
     # An answer that is an error ends a command; as they are printed they show it.
     (work / ".curlrc").write_text("fail-with-body\n", encoding="utf-8")
     with Server(program, home / "data", work / "log") as server:
-        words = script(every, told).replace("localhost:8080", f"127.0.0.1:{server.port}")
-        for path in told.glob("*.py"):
+        words = script(every, outputs).replace("localhost:8080", f"127.0.0.1:{server.port}")
+        for path in outputs.glob("*.py"):
             text = path.read_text(encoding="utf-8")
             path.write_text(text.replace("localhost:8080", f"127.0.0.1:{server.port}"), encoding="utf-8")
         environment = dict(os.environ, PATH=f"{home / 'bin'}:{os.environ['PATH']}", CURL_HOME=str(work))
@@ -174,16 +174,16 @@ def run(every: list, program: Path, work: Path) -> float:
                 ["bash", "-c", words], cwd=home, env=environment, stdin=subprocess.DEVNULL, timeout=SECONDS * 4
             )
         except subprocess.TimeoutExpired:
-            raise Problem(f"{every[int((told / 'begun').read_text())].place} takes too long") from None
+            raise Problem(f"{every[int((outputs / 'begun').read_text())].place} takes too long") from None
         after = os.times()
-    begun = (told / "begun").read_text().strip()
+    begun = (outputs / "begun").read_text().strip()
     if begun != "end":
         fence = every[int(begun)]
-        said = "".join((told / f"{begun}.{kind}").read_text(encoding="utf-8") for kind in ("out", "err"))
+        said = "".join((outputs / f"{begun}.{kind}").read_text(encoding="utf-8") for kind in ("out", "err"))
         raise Problem(f"{fence.place} ended with exit code {done.returncode}: {fence.text}\n{said[-2000:]}")
     for number, fence in enumerate(every):
         if fence.language == "output":
-            found = (told / f"{number - 1}.out").read_text(encoding="utf-8")
+            found = (outputs / f"{number - 1}.out").read_text(encoding="utf-8")
             if not same(fence.text, found):
                 raise Problem(f"{fence.place} prints another output than there is:\n{found}")
     return after.children_user + after.children_system - before.children_user - before.children_system

@@ -112,13 +112,13 @@ def run(work: Path, name: str, reads: str, seeds: list, seconds: int) -> dict:
     with open(work / f"{name}.log", "wb") as log:
         code = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode
     took = time.monotonic() - begun
-    told = (work / f"{name}.log").read_text(encoding="utf-8", errors="replace")
+    log = (work / f"{name}.log").read_text(encoding="utf-8", errors="replace")
     finds = sorted(path.name for path in found.iterdir())
     def stat(of):
-        return (re.findall(rf"stat::{of}:\s+(\d+)", told) or ["?"])[-1]
+        return (re.findall(rf"stat::{of}:\s+(\d+)", log) or ["?"])[-1]
     # Those that were reached at all: the seeds', and those that were found on the way.
-    edges = (re.findall(r"cov: (\d+)", told) or ["?"])[-1]
-    at_first = (re.findall(r"INITED cov: (\d+)", told) or ["?"])[-1]
+    edges = (re.findall(r"cov: (\d+)", log) or ["?"])[-1]
+    at_first = (re.findall(r"INITED cov: (\d+)", log) or ["?"])[-1]
     executed, rss = stat("number_of_executed_units"), stat("peak_rss_mb")
     row = {
         "target": name,

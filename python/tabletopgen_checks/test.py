@@ -339,7 +339,7 @@ def make_sample(target: Path) -> str:
     for sentence in chosen():
         scene = made[sample_folder(target, sentence)]
         slowest = max(slowest, scene.seconds)
-        wrong = sentence.complaints(read_scene(scene.folder)) + scene.told["reasons"]
+        wrong = sentence.complaints(read_scene(scene.folder)) + scene.printed["reasons"]
         print(f"   {sentence.name}: {sentence.objects} objects in {scene.seconds:.1f} s {'; '.join(wrong)}", flush=True)
         if wrong:
             raise Problem(f"{sentence.name}: {'; '.join(wrong)}")
@@ -386,8 +386,8 @@ def judge_sample(target: Path, environment: Path) -> str:
             print(f"     - {complaint}", flush=True)
     if not findings["accepted"]:
         raise Problem(f"not every judge accepts, or too few bodies rest ({findings['dss_mujoco']:.3f} of them)")
-    told = f"all accept {len(bundles)} bundles; in MuJoCo {100 * findings['dss_mujoco']:.1f} % rest"
-    return "; ".join([told] + [f"LEFT OUT: {name} ({why})" for name, why in findings["left_out"].items()])
+    words_of_all = f"all accept {len(bundles)} bundles; in MuJoCo {100 * findings['dss_mujoco']:.1f} % rest"
+    return "; ".join([words_of_all] + [f"LEFT OUT: {name} ({why})" for name, why in findings["left_out"].items()])
 
 
 def test_judges(target: Path, environment: Path) -> str:

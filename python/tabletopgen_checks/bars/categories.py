@@ -125,14 +125,14 @@ def made(binary: Path, folder: Path, some: list) -> dict:
     ran = subprocess.run(command, capture_output=True, text=True)
     if ran.returncode not in (0, 5):
         raise Problem(f"the batch ended with exit code {ran.returncode}: {ran.stderr.strip()[-1000:]}")
-    told = {}
+    answers = {}
     for name in ("output.jsonl", "errors.jsonl"):
         for line in (out / name).read_text(encoding="utf-8").splitlines():
             entry = json.loads(line)
-            told[entry["custom_id"]] = entry
+            answers[entry["custom_id"]] = entry
     faults = {}
     for one in some:
-        words = wrong(told.get(one.id), out / f"{one.id}.zip")
+        words = wrong(answers.get(one.id), out / f"{one.id}.zip")
         if words:
             faults[one] = words
             print(f"  {one.text} (seed {one.seed}): {words}", flush=True)
@@ -160,8 +160,8 @@ def page(wanted: list, faults: dict) -> str:
         of = [one for one in wanted if one.part == part]
         passed = sum(one not in faults for one in of)
         rows.append([part, f"{passed} of {len(of)}", percent(passed / len(of), 2), of[0].text])
-    told = "\n".join(f"- {one.text} (seed {one.seed}): {words}" for one, words in faults.items())
-    return table(["part", "certified", "", "such as"], rows) + (f"\n\n{told}" if told else "")
+    listed = "\n".join(f"- {one.text} (seed {one.seed}): {words}" for one, words in faults.items())
+    return table(["part", "certified", "", "such as"], rows) + (f"\n\n{listed}" if listed else "")
 
 
 if __name__ == "__main__":

@@ -60,9 +60,9 @@ def one_run(binary: Path, work: Path) -> dict[str, int]:
     data = work / "data"
     generate(binary, work / "first", TEXT, SEED, threads=2, environment=NO_WAITING, data=data)
     made = generate(binary, work / "second", TEXT, SEED, threads=2, environment=NO_WAITING | COMPUTED_ANEW, data=data)
-    if made.told["summary"]["objects"] != OBJECTS or made.told["verdict"] != "pass":
-        raise Problem(f"{made.told['summary']['objects']} objects and {made.told['verdict']} instead of {OBJECTS} and pass")
-    stages = {stage["stage"]: stage for stage in made.told["stages"]}
+    if made.printed["summary"]["objects"] != OBJECTS or made.printed["verdict"] != "pass":
+        raise Problem(f"{made.printed['summary']['objects']} objects and {made.printed['verdict']} instead of {OBJECTS} and pass")
+    stages = {stage["stage"]: stage for stage in made.printed["stages"]}
     if stages["rotate"]["found"] != OBJECTS or any(stages[name]["found"] for name in STAGES):
         raise Problem("the second time rotate was not found, or a stage that is timed was")
     times = {name: stages[name]["wall_ms"] for name in STAGES}

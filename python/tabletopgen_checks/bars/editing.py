@@ -97,9 +97,9 @@ def measured(binary, environment, parents, asked, folder) -> list:
     found, waiting = [], []
     for number, case in enumerate(asked):
         one = judged(binary, by_name[case.parent], case, folder / "edits")
-        told = f"{case.name} {case.kind()} of {case.parent}: {one.outcome}"
-        told += f": {'; '.join(one.words)[:300]}" if one.outcome in (WRONG, NO_ROOM) else ""
-        print(f"[{number + 1}/{len(asked)}] {told}", flush=True)
+        shown = f"{case.name} {case.kind()} of {case.parent}: {one.outcome}"
+        shown += f": {'; '.join(one.words)[:300]}" if one.outcome in (WRONG, NO_ROOM) else ""
+        print(f"[{number + 1}/{len(asked)}] {shown}", flush=True)
         found.append(one)
         waiting += [one] if one.bundle else []
         if len(waiting) >= SIMULATED_AT_ONCE:
@@ -161,9 +161,9 @@ def edits_page(found, parents) -> str:
     )
     titles = {WRONG: "Wrong edits", NO_ROOM: "Refused, and no room is found", REFUSED: "Reasons of refusals"}
     for outcome, title in titles.items():
-        told = [one for one in found if one.outcome == outcome]
-        if told:
-            page += f"\n\n### {title}\n\n" + "\n".join(line(one) for one in told)
+        matching = [one for one in found if one.outcome == outcome]
+        if matching:
+            page += f"\n\n### {title}\n\n" + "\n".join(line(one) for one in matching)
     return page
 
 
@@ -184,8 +184,8 @@ def measured_costs(binary, folder, rounds) -> dict:
         archive = packed(bundle)
         for name, wire in SINGLE_EDITS.items():
             costs[name].append(cpu_s(edit(binary, archive, [wire], LARGE_SEED, folder / f"large_{name}")))
-        told = ", ".join(f"{name} {values[-1]:.2f} s" for name, values in costs.items())
-        print(f"round {number + 1} of {rounds}: {told}", flush=True)
+        shown = ", ".join(f"{name} {values[-1]:.2f} s" for name, values in costs.items())
+        print(f"round {number + 1} of {rounds}: {shown}", flush=True)
     return costs
 
 

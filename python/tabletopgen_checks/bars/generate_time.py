@@ -27,8 +27,8 @@ def main() -> bool:
     seconds = sorted(made.seconds for made in runs)
     median = statistics.median(seconds)
     rows = []
-    for k, stage in enumerate(runs[0].told["stages"]):
-        wall, work = ([made.told["stages"][k][what] for made in runs] for what in ("wall_ms", "work_ms"))
+    for k, stage in enumerate(runs[0].printed["stages"]):
+        wall, work = ([made.printed["stages"][k][what] for made in runs] for what in ("wall_ms", "work_ms"))
         rows.append([
             stage["stage"],
             stage["instances"] or "the scene",

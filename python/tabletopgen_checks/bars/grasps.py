@@ -74,7 +74,7 @@ def summary(trials: list, objects: int, given) -> tuple:
     ]
     rows = [[word, of[word], *(counts[word, found] for found in VERDICTS)] for word in VERDICTS]
     body = [
-        table(["", "found", "bar", ""], [[*one[:2], f"{100 * one[2]:g} %", told(one[3])] for one in bars]),
+        table(["", "found", "bar", ""], [[*one[:2], f"{100 * one[2]:g} %", verdict(one[3])] for one in bars]),
         f"{len(trials)} trials with {objects} objects of {given.scenes} generated scenes by the {given.robot}.",
         table(["judged", "trials", *(f"MuJoCo: {word}" for word in VERDICTS)], rows),
     ]
@@ -100,15 +100,15 @@ def category_summary(by_robot: dict) -> tuple:
             bar(f"{robot}: categories that fit the gripper with a stable grasp", len(slips), len(fitting), GRASPED),
             (f"{robot}: largest slip of these while shaken", f"{1e3 * worst_m:.2f} mm", MAX_SLIP_M, worst_m < MAX_SLIP_M),
         ]
-        names = [told_category(one) for one in fitting if one["stable_slip_m"] is None]
+        names = [category_finding(one) for one in fitting if one["stable_slip_m"] is None]
         kinds = f"{len(outcomes)} categories for grippers, {len(fitting)} fit"
         without.append(f"{robot.capitalize()}: {kinds}; without a stable grasp: {', '.join(names) or 'none'}.")
     wanted = {GRASPED: f"{100 * GRASPED:g} %", MAX_SLIP_M: f"{1e3 * MAX_SLIP_M:g} mm"}
-    rows = [[what, found, wanted[limit], told(holds)] for what, found, limit, holds in bars]
+    rows = [[what, found, wanted[limit], verdict(holds)] for what, found, limit, holds in bars]
     return bars, "\n\n".join([table(["", "found", "bar", ""], rows), *without])
 
 
-def told_category(outcome: dict) -> str:
+def category_finding(outcome: dict) -> str:
     """With the slip of the best grasp, where any held on to it at all."""
     slip_m = outcome["unstable_slip_m"]
     return outcome["category"] + (f" ({1e3 * slip_m:.1f} mm)" if slip_m else "")
@@ -119,7 +119,7 @@ def bar(what: str, found: int, total: int, wanted: float) -> tuple:
     return what, f"{percent(share)} of {total}", wanted, share >= wanted
 
 
-def told(holds: bool) -> str:
+def verdict(holds: bool) -> str:
     return "holds" if holds else "DOES NOT HOLD"
 
 

@@ -129,8 +129,8 @@ def summary(scenes: list, wanted: int) -> tuple:
         text.insert(0, f"Too few for the bar, which wants {wanted} in {LEAST_SCENES} scenes.")
     reasons = Counter(line["no_problem"] for scene in scenes for line in scene["lines"] if "no_problem" in line)
     if reasons:
-        told = ", ".join(f"{reason} {count}" for reason, count in reasons.most_common())
-        text.append(f"What gave no problem, by object and place: {told}.")
+        listed = ", ".join(f"{reason} {count}" for reason, count in reasons.most_common())
+        text.append(f"What gave no problem, by object and place: {listed}.")
     missed = [
         f"- scene {scene}, {problem}, {motion['kind']}: {motion['detail']}"
         for (scene, problem), motions in both.items()

@@ -47,8 +47,8 @@ def main() -> bool:
     seconds = sorted(made.seconds for made in runs)
     median = statistics.median(seconds)
     rows = []
-    for k, stage in enumerate(runs[0].told["stages"]):
-        wall = [made.told["stages"][k]["wall_ms"] for made in runs]
+    for k, stage in enumerate(runs[0].printed["stages"]):
+        wall = [made.printed["stages"][k]["wall_ms"] for made in runs]
         rows.append([stage["stage"], stage["instances"] or "the scene", f"{statistics.median(wall):.0f}", f"{min(wall)} to {max(wall)}"])
     body = (
         f"Median {median:.2f} s over {len(runs)} runs (fastest {seconds[0]:.2f} s, slowest {seconds[-1]:.2f} s), whole process, "

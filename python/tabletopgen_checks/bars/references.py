@@ -96,8 +96,8 @@ class Seen:
 
     def row(self):
         silhouette = f"{statistics.mean(self.silhouettes):.3f}" if self.silhouettes else "-"
-        told = "; ".join(self.wrong[:3])
-        return [self.name, self.things, self.found, self.read, f"{self.outline:.3f}", silhouette, self.verdict, self.seconds, told]
+        reasons = "; ".join(self.wrong[:3])
+        return [self.name, self.things, self.found, self.read, f"{self.outline:.3f}", silhouette, self.verdict, self.seconds, reasons]
 
 
 def box_of(visible):

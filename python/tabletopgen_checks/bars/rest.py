@@ -22,7 +22,7 @@ from pathlib import Path
 from tabletopgen_checks.bars.page import arguments, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.judges.judging import finish_setup, start_setup
-from tabletopgen_checks.judges.resting import make, make_environments, rest, simulators, wishes, words
+from tabletopgen_checks.judges.resting import make, make_environments, rest, rest_scenes, simulators, words
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import JUDGES
 
@@ -45,10 +45,10 @@ def main() -> bool:
         raise Problem(f"{unknown} are not in tests/judges/rest_programs.toml; there are {every}")
     make_environments(judges, [one for one in simulators() if one["name"] in asked])
     kept = Kept(given.work / "rest", Path(given.program).resolve() if given.program else given.binary)
-    wanted = wishes()[: given.scenes]
-    made = [kept.scene(wish) for wish in wanted]
-    for wish, (_, wrong) in zip(wanted, made):
-        print(f"{wish.name}: {'; '.join(wrong) or 'certified'}", flush=True)
+    wanted = rest_scenes()[: given.scenes]
+    made = [kept.scene(scene) for scene in wanted]
+    for scene, (_, wrong) in zip(wanted, made):
+        print(f"{scene.name}: {'; '.join(wrong) or 'certified'}", flush=True)
     bundles = [bundle for bundle, _ in made if bundle]
     with ThreadPoolExecutor(AT_ONCE) as pool:
         list(pool.map(lambda name: measure(judges, name, bundles, kept), asked))
@@ -74,14 +74,14 @@ class Kept:
             folder.mkdir(parents=True)
             stamp.write_text(key, encoding="utf-8")
 
-    def scene(self, wish) -> tuple:
+    def scene(self, asked) -> tuple:
         """(the bundle, what is wrong with it), as `make` tells it."""
-        told = self.folder / f"{wish.name}.json"
-        if not told.is_file():
-            bundle, wrong = make(self.binary, wish, self.folder)
-            told.write_text(json.dumps([bool(bundle), wrong]), encoding="utf-8")
-        is_there, wrong = json.loads(told.read_text(encoding="utf-8"))
-        return (self.folder / wish.name if is_there else None), wrong
+        record = self.folder / f"{asked.name}.json"
+        if not record.is_file():
+            bundle, wrong = make(self.binary, asked, self.folder)
+            record.write_text(json.dumps([bool(bundle), wrong]), encoding="utf-8")
+        is_there, wrong = json.loads(record.read_text(encoding="utf-8"))
+        return (self.folder / asked.name if is_there else None), wrong
 
     def found(self, program: str, bundles: list) -> list:
         """What is known of these bundles in a program."""
@@ -90,9 +90,9 @@ class Kept:
         by_scene = {Path(one["bundle"]).name: one for one in map(json.loads, lines)}
         return [by_scene[bundle.name] for bundle in bundles if bundle.name in by_scene]
 
-    def add(self, program: str, told: dict):
+    def add(self, program: str, record: dict):
         with self.path(program).open("a", encoding="utf-8") as file:
-            file.write(json.dumps(told) + "\n")
+            file.write(json.dumps(record) + "\n")
 
     def path(self, program: str) -> Path:
         return self.folder / f"{program}.jsonl"
@@ -112,7 +112,7 @@ def measure(judges, program, bundles, kept):
 
 def page(wanted, made, found) -> tuple:
     """(text, whether all hold)."""
-    wrong = [f"- {wish.name}: {'; '.join(reasons)}" for wish, (_, reasons) in zip(wanted, made) if reasons]
+    wrong = [f"- {asked.name}: {'; '.join(reasons)}" for asked, (_, reasons) in zip(wanted, made) if reasons]
     count = sum(bundle is not None for bundle, _ in made)
     why_not = {one["name"]: one["not_promised"] for one in simulators() if "not_promised" in one}
     rows = [row(name, "no" if name in why_not else "yes", of) for name, of in found.items() if of]
@@ -122,7 +122,7 @@ def page(wanted, made, found) -> tuple:
         for name, of in found.items()
     }
     broken = any(falls[name] or len(found[name]) < count for name in found if name not in why_not)
-    scenes = [[wish.name, wish.kind, wish.seed, wish.text] for wish in wanted]
+    scenes = [[asked.name, asked.kind, asked.seed, asked.text] for asked in wanted]
     others = ", ".join(f"{one['turn_deg']} in {one['name']}" for one in simulators() if "turn_deg" in one)
     text = (
         "Each scene is loaded by the lines of its bundle's README and simulated for five seconds. It rests where no object "

@@ -96,9 +96,9 @@ class Bench:
             if not (bundle / "manifest.json").is_file():
                 self.expect_time()
                 made = generate(self.binary, bundle, text, seed, threads=1)
-                if made.told["verdict"] != "pass":
+                if made.printed["verdict"] != "pass":
                     shutil.rmtree(bundle)
-                    raise Problem(f"{text!r} is in quarantine: {made.told['reasons']}")
+                    raise Problem(f"{text!r} is in quarantine: {made.printed['reasons']}")
         return bundle
 
     def expect_time(self):
@@ -156,17 +156,17 @@ class Bench:
 
     @staticmethod
     def outcome(ran) -> dict:
-        told = json.loads(ran.stdout) if ran.stdout.startswith("{") else {}
-        if ran.exit_code in ATTEMPTED and "execution" in told:
-            execution = told["execution"]
+        printed = json.loads(ran.stdout) if ran.stdout.startswith("{") else {}
+        if ran.exit_code in ATTEMPTED and "execution" in printed:
+            execution = printed["execution"]
             return {
                 "outcome": execution["failure"] or "done",
                 "detail": execution["detail"],
-                "instruction": told["task"]["instruction"],
+                "instruction": printed["task"]["instruction"],
                 "duration_s": execution["duration_s"],
                 "slip_m": max((pick["slip_m"] for pick in execution["picks"]), default=0.0),
             }
-        failure = told.get("failure", {})
+        failure = printed.get("failure", {})
         code = failure.get("problem", {}).get("code", f"exit {ran.exit_code}")
         return {"outcome": code, "detail": failure.get("message", ran.stderr[-300:])}
 
@@ -181,8 +181,8 @@ class Bench:
         """What the readers of the other formats complain about."""
         command = [self.python, JUDGES / "robots" / "scene_files.py", out]
         ran = subprocess.run([str(part) for part in command], capture_output=True, text=True)
-        told = [line for line in ran.stdout.splitlines() if line.startswith("{")]
-        return json.loads(told[-1])["complaints"] if told else [ran.stderr[-300:]]
+        lines = [line for line in ran.stdout.splitlines() if line.startswith("{")]
+        return json.loads(lines[-1])["complaints"] if lines else [ran.stderr[-300:]]
 
     def call(self, words: list, expected):
         command = [str(self.binary), *map(str, words)]
@@ -212,10 +212,10 @@ class Bench:
         return found
 
 
-def keep(path: Path, told):
+def keep(path: Path, records):
     path.parent.mkdir(parents=True, exist_ok=True)
     written = path.with_suffix(".part")
-    written.write_text(json.dumps(told), encoding="utf-8")
+    written.write_text(json.dumps(records), encoding="utf-8")
     written.rename(path)
 
 

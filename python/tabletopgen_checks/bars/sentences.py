@@ -50,7 +50,7 @@ def main() -> bool:
         ])
         if missing or said or metrics["col_s"] > 0 or metrics["ss"] < 1 or metrics["dss_shipped"] < 1:
             failures += 1
-        notes += [f"- {sentence.name}: {words}" for words in made.told["reasons"] + said[:10]]
+        notes += [f"- {sentence.name}: {words}" for words in made.printed["reasons"] + said[:10]]
         notes += [f"- {sentence.name}: in MuJoCo {name} moves {moved[0]} mm and turns {moved[1]} degrees"
                   for name, moved in facts.get("unstable", {}).items()]
     share = stable / movable if movable else 0.0

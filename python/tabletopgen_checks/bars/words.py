@@ -52,8 +52,8 @@ class Part:
 
     def __init__(self, title, bars, body, failures):
         self.bars = bars
-        told = "\n".join(f"- {name}: {reason}" for name, reason in failures)
-        self.page = f"## {title}\n\n{body}" + (f"\n\nWhat fails:\n\n{told}" if failures else "")
+        reasons = "\n".join(f"- {name}: {reason}" for name, reason in failures)
+        self.page = f"## {title}\n\n{body}" + (f"\n\nWhat fails:\n\n{reasons}" if failures else "")
 
 
 def least(what, found, total, bar) -> tuple:
@@ -117,9 +117,9 @@ def sentences(lab, maker, count) -> Part:
                 texts=1, parsed=not parsed, scenes=tried, held=tried and not scene, quiet=quiet, silent=len(silent)
             )
         if parsed or scene or silent:
-            told = [f"parse: {w}" for w in parsed[:FEW]] + [f"scene: {w}" for w in scene[:FEW] if w not in parsed]
-            told += [f"no account of {', '.join(silent)}"] if silent else []
-            failures.append((f"{entry['id']}, {entry['text']!r}", "; ".join(told)))
+            reasons = [f"parse: {w}" for w in parsed[:FEW]] + [f"scene: {w}" for w in scene[:FEW] if w not in parsed]
+            reasons += [f"no account of {', '.join(silent)}"] if silent else []
+            failures.append((f"{entry['id']}, {entry['text']!r}", "; ".join(reasons)))
     total = rows["all"] = rows.pop("all")
     bars = [
         least("Sentences understood", total["parsed"], len(every), SENTENCES_BAR),
@@ -182,10 +182,10 @@ def tasks(lab, maker, count) -> Part:
         for kind in (entry["kind"], "all"):
             rows[kind].update(texts=1, before=not solved, goal=not score.goal, scene=not scene, silent=len(silent))
         if solved or score.goal or scene or silent:
-            told = ["solved or without a goal"] if solved else []
-            told += score.goal[:FEW] + [f"scene: {w}" for w in scene[:FEW]]
-            told += [f"no account of {', '.join(silent)}"] if silent else []
-            failures.append((f"{entry['id']}, {entry['text']!r}", "; ".join(told)))
+            reasons = ["solved or without a goal"] if solved else []
+            reasons += score.goal[:FEW] + [f"scene: {w}" for w in scene[:FEW]]
+            reasons += [f"no account of {', '.join(silent)}"] if silent else []
+            failures.append((f"{entry['id']}, {entry['text']!r}", "; ".join(reasons)))
     total = rows["all"] = rows.pop("all")
     bars = [
         least("Tasks whose start does not satisfy the goal", total["before"], len(every), START_BAR),
@@ -229,16 +229,16 @@ def generated_scenes(lab, maker, count) -> Part:
     for number, (text, outcome) in enumerate(zip(every, outcomes)):
         wrong = words.sentence_complaints(text.expectation, outcome)
         silent = words.sentence_unaccounted(text.expectation, outcome, ignored)
-        told = [f"parse: {w}" for w in wrong[:FEW]] + ([f"no account of {', '.join(silent)}"] if silent else [])
+        reasons = [f"parse: {w}" for w in wrong[:FEW]] + ([f"no account of {', '.join(silent)}"] if silent else [])
         total.update(parsed=not wrong, silent=len(silent))
         if found := scenes.get(text.name):
             scene = found.complaints(partial(words.sentence_complaints, text.expectation, outcome))
             total.update(certified=found.certified, held=not scene)
-            told += [f"scene: {w}" for w in scene[:FEW] if w not in wrong]
-        elif number < tried and not told:
-            told = ["no scene"]
-        if told:
-            failures.append((f"{text.name} (seed {text.seed}), {text.text!r}", "; ".join(told)))
+            reasons += [f"scene: {w}" for w in scene[:FEW] if w not in wrong]
+        elif number < tried and not reasons:
+            reasons = ["no scene"]
+        if reasons:
+            failures.append((f"{text.name} (seed {text.seed}), {text.text!r}", "; ".join(reasons)))
     bars = [
         least("Generated sentences, certified at the first attempt", total["certified"], tried, FIRST_BAR),
         none("Generated scenes over three times the median time", len(slow)),

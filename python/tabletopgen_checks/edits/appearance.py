@@ -22,9 +22,9 @@ def parts(folder: Path, name: str) -> list:
     """The parts of the body `name`, the largest first."""
     root = ElementTree.parse(folder / "mjcf" / "scene.xml").getroot()
     assets = folder / "mjcf" / "assets"
-    textures = {told.get("name"): told.get("file") for told in root.iter("texture")}
-    materials = {told.get("name"): told for told in root.iter("material")}
-    meshes = {told.attrib["name"]: told.attrib["file"] for told in root.iter("mesh")}
+    textures = {element.get("name"): element.get("file") for element in root.iter("texture")}
+    materials = {element.get("name"): element for element in root.iter("material")}
+    meshes = {element.attrib["name"]: element.attrib["file"] for element in root.iter("mesh")}
     found = []
     for geom in root.iter("geom"):
         if geom.get("name", "").startswith(f"{name}_visual_") and geom.get("material"):

@@ -47,8 +47,8 @@ def complaints(parent: Scene, child: Scene, operations: list, document: dict | N
         earlier = set().union(*(found.touched(k) for k in range(index)))
         superseded = bool(found.about(index) & later)
         context = Context(parent, found.child_bodies, child, found.added, earlier, later, superseded)
-        told = statement(operation, index, context)
-        wrong += [f"operation {index + 1} ({operation.name}): {words}" for words in told]
+        words_of = statement(operation, index, context)
+        wrong += [f"operation {index + 1} ({operation.name}): {words}" for words in words_of]
     return wrong
 
 
@@ -102,8 +102,8 @@ class Comparison:
                 self.added[k] = fitting
                 free = [name for name in free if name not in fitting]
                 if len(fitting) != operation.count:
-                    told = f"{len(fitting)} {' or '.join(operation.categories) or 'objects'}"
-                    self.wrong.append(f"operation {k + 1} ({operation.name}) added {told} instead of {operation.count}")
+                    counted = f"{len(fitting)} {' or '.join(operation.categories) or 'objects'}"
+                    self.wrong.append(f"operation {k + 1} ({operation.name}) added {counted} instead of {operation.count}")
         for name in free:
             self.wrong.append(f"{name} ({self.child_bodies[name].category}) appeared, and no operation asks for it")
 
@@ -183,13 +183,13 @@ class Comparison:
 
     def certificate(self, document) -> list:
         wrong = []
-        for what, told in (("report.json", self.child.report), ("the printed document", document)):
-            if told is None:
+        for what, content in (("report.json", self.child.report), ("the printed document", document)):
+            if content is None:
                 continue
-            if told.get("verdict") != "pass":
-                wrong.append(f"the verdict of {what} is {told.get('verdict')}: {'; '.join(reasons(told))}")
-            if (told.get("metrics") or {}).get("col_s") != 0:
-                wrong.append(f"col_s of {what} is {(told.get('metrics') or {}).get('col_s')}")
+            if content.get("verdict") != "pass":
+                wrong.append(f"the verdict of {what} is {content.get('verdict')}: {'; '.join(reasons(content))}")
+            if (content.get("metrics") or {}).get("col_s") != 0:
+                wrong.append(f"col_s of {what} is {(content.get('metrics') or {}).get('col_s')}")
         return wrong
 
     def lineage(self) -> list:
@@ -200,8 +200,8 @@ class Comparison:
         return [] if count == asked else [f"the scene names {count} operations of {asked}"]
 
 
-def reasons(told: dict) -> list:
-    return [reason["sentence"] if isinstance(reason, dict) else str(reason) for reason in told.get("reasons", [])]
+def reasons(content: dict) -> list:
+    return [reason["sentence"] if isinstance(reason, dict) else str(reason) for reason in content.get("reasons", [])]
 
 
 def kept_complaints(before: Body, after: Body) -> list:

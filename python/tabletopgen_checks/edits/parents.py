@@ -86,8 +86,8 @@ def image_parents(lab: Path, binary: Path, folder: Path, count: int = IMAGES) ->
         else:
             passed_over.append(f"image {number}: {scene.report['verdict']}, {len(scene.bodies)} objects")
     if len(found) < count:
-        told = "; ".join(passed_over)
-        raise Problem(f"{len(found)} of {TRIED_IMAGES} images gave a certified scene, {count} are needed: {told}")
+        reasons = "; ".join(passed_over)
+        raise Problem(f"{len(found)} of {TRIED_IMAGES} images gave a certified scene, {count} are needed: {reasons}")
     return found
 
 

@@ -31,7 +31,7 @@ def place_for(operation, scene: Scene, names=lambda words: words) -> str:
     return f"there is room at {found}" if found else ""
 
 
-def told(place) -> str:
+def in_words(place) -> str:
     degrees = math.degrees(place.yaw_rad)
     return f"({place.center[0]:.2f}, {place.center[1]:.2f}) m, height {place.bottom_m:.3f} m, yaw {degrees:.0f} degrees"
 
@@ -47,7 +47,7 @@ def add(operation, scene, targets, references) -> str:
         if found is None:
             return ""
         obstacles = obstacles + occupied(shape, found)
-    return told(found)
+    return in_words(found)
 
 
 def move(operation, scene, targets, references) -> str:
@@ -63,7 +63,7 @@ def move(operation, scene, targets, references) -> str:
     if "offset_m" in place:
         place = {"position_m": [body.center[k] + place["offset_m"][k] for k in (0, 1)]}
     found = placed(shape, place, scene, references, obstacles_of(scene, left_out))
-    return told(found) if found else ""
+    return in_words(found) if found else ""
 
 
 def placed(shape, place, scene, references, obstacles):
@@ -115,7 +115,7 @@ def in_place(scene, name, shape, yaws, around=None) -> str:
     levels = [(body.bottom_m, [body.footprint])] if body.parent != TABLE else levels_of(scene, TABLE)
     around = around or (body.center, POSITION_TOLERANCE_M)
     found = free_place(scene, shape, obstacles, levels, yaws=yaws, around=around)
-    return told(found) if found else ""
+    return in_words(found) if found else ""
 
 
 def rotate(operation, scene, targets, references) -> str:
@@ -175,7 +175,7 @@ def stack(operation, scene, targets, references) -> str:
             return ""
         top, shift = occupied(shape, found), found.top_m
         carriers = [one.polygon for one in top]
-    return told(found) if found else "its present place"
+    return in_words(found) if found else "its present place"
 
 
 def tidy(operation, scene, targets, references) -> str:
@@ -193,7 +193,7 @@ def tidy(operation, scene, targets, references) -> str:
         if found is None:
             return ""
         obstacles = obstacles + occupied(shape, found)
-    return told(found) if found else "an empty table"
+    return in_words(found) if found else "an empty table"
 
 
 def clutter(operation, scene, targets, references) -> str:
@@ -203,7 +203,7 @@ def clutter(operation, scene, targets, references) -> str:
         if found is None:
             return ""
         obstacles = obstacles + occupied(shape, found)
-    return told(found)
+    return in_words(found)
 
 
 def remove(operation, scene, targets, references) -> str:

@@ -57,8 +57,8 @@ def merged(found: list, dss_bar: float) -> dict:
     """Findings over different bundles as one; the share of bodies at rest is that over all of them."""
     bundles = {name: verdicts for findings in found for name, verdicts in findings["bundles"].items()}
     facts = [verdicts["mjcf"]["facts"] for verdicts in bundles.values() if "mjcf" in verdicts]
-    movable = sum(told.get("movable", 0) for told in facts)
-    dss = sum(told.get("stable", 0) for told in facts) / movable if movable else 1.0
+    movable = sum(fact.get("movable", 0) for fact in facts)
+    dss = sum(fact.get("stable", 0) for fact in facts) / movable if movable else 1.0
     return {
         "accepted": all(findings["accepted"] for findings in found) and dss >= dss_bar,
         "dss_mujoco": dss,

@@ -13,7 +13,7 @@ from tabletopgen_checks.scene.generation import generate
 
 
 @dataclass(frozen=True)
-class Wish:
+class RestScene:
     name: str
     kind: str
     seed: int
@@ -21,9 +21,9 @@ class Wish:
     sample: bool = False
 
 
-def wishes(sample=False) -> list:
+def rest_scenes(sample=False) -> list:
     entries = tomllib.loads((JUDGES / "rest_scenes.toml").read_text(encoding="utf-8"))["scene"]
-    return [Wish(**entry) for entry in entries if entry.get("sample") or not sample]
+    return [RestScene(**entry) for entry in entries if entry.get("sample") or not sample]
 
 
 def simulators(sample=False) -> list:
@@ -37,14 +37,14 @@ def make_environments(judges: Path, chosen: list):
         programs.make(judges, name)
 
 
-def make(binary: Path, wish: Wish, folder: Path):
+def make(binary: Path, scene: RestScene, folder: Path):
     """(the bundle, what is wrong with it); None and why where there is none."""
-    bundle = folder / wish.name
+    bundle = folder / scene.name
     try:
-        made = generate(binary, bundle, wish.text, wish.seed)
+        made = generate(binary, bundle, scene.text, scene.seed)
     except Problem as problem:
         return None, [str(problem).splitlines()[-1].strip()]
-    return bundle, made.told["reasons"]
+    return bundle, made.printed["reasons"]
 
 
 def rest(judges: Path, program: str, bundles: list, seconds: float = 5.0):
@@ -57,10 +57,10 @@ def rest(judges: Path, program: str, bundles: list, seconds: float = 5.0):
         raise Problem(f"rest.py did not run for {program}; see above")
 
 
-def words(told: dict) -> str:
+def words(finding: dict) -> str:
     """Why a scene does not rest in a program."""
-    if told["failure"]:
-        return " ".join(told["failure"].split())[-200:]
-    moved = f"{told['worst']} moves {told['moved_mm']:.2f} mm and turns {told['turned_deg']:.2f} degrees"
-    deep = f"{told['deepest']} {told['depth_mm']:.2f} mm deep in each other"
-    return " and ".join([moved] * (told["worst_share"] > 1) + [deep] * (told["deepest_share"] > 1))
+    if finding["failure"]:
+        return " ".join(finding["failure"].split())[-200:]
+    moved = f"{finding['worst']} moves {finding['moved_mm']:.2f} mm and turns {finding['turned_deg']:.2f} degrees"
+    deep = f"{finding['deepest']} {finding['depth_mm']:.2f} mm deep in each other"
+    return " and ".join([moved] * (finding["worst_share"] > 1) + [deep] * (finding["deepest_share"] > 1))

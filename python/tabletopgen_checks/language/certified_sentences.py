@@ -36,10 +36,10 @@ def sentence(k: int, words: dict) -> Sentence:
     family = FAMILIES[name]
     crowded, stacked = k % 6 == 0, k % 6 == 3
     lowest, highest = (16, 25) if crowded else (5, 15)
-    told, shape = chance.choice(family.tables), None
+    table, shape = chance.choice(family.tables), None
     if k % 5 == 0:
         word, shape = SHAPES[k // 5 % len(SHAPES)]
-        told = family.shaped.format(word)
+        table = family.shaped.format(word)
     made = Clauses(words)
     if stacked:
         for category in chance.sample(sorted(family.piles), 2):
@@ -58,16 +58,16 @@ def sentence(k: int, words: dict) -> Sentence:
                 host, category, most = chance.choice(family.inside if kind == "in" else family.upon)
                 made.host(host, category, most, kind, chance)
     wanted = chance.randint(max(lowest, made.objects() + 1), highest)
-    things = sorted(family.things)
-    chance.shuffle(things)
-    for category in things:
+    categories = sorted(family.objects)
+    chance.shuffle(categories)
+    for category in categories:
         left = wanted - made.objects()
         if left > 0:
-            made.several(category, min(left, chance.randint(1, family.things[category])))
+            made.several(category, min(left, chance.randint(1, family.objects[category])))
     chance.shuffle(made.clauses)
     listed = ", ".join(made.clauses[:-1]) + " and " + made.clauses[-1]
     made.expectation["table"] = {"shape": shape} if shape else {}
-    return Sentence(f"{name}_{k:02}", FIRST_SEED + k, f"{told} with {listed}", made.expectation)
+    return Sentence(f"{name}_{k:02}", FIRST_SEED + k, f"{table} with {listed}", made.expectation)
 
 
 class Clauses:
@@ -101,20 +101,20 @@ class Clauses:
             self.expectation["arrangements"].append({"kind": "stack", "category": category, "count": number})
             self.clauses.append(f"a stack of {NUMBERS[number]} {self.words[category][1]}")
 
-    def host(self, host, thing, most, where, chance):
-        if self.fresh(host, thing):
+    def host(self, host, category, most, where, chance):
+        if self.fresh(host, category):
             number = chance.randint(1, most)
             self.expect(host, 1)
-            self.expect(thing, number)
-            self.relate(where, thing, host)
-            self.clauses.append(f"{self.noun(host, 1)} with {self.noun(thing, number)} {where} it")
+            self.expect(category, number)
+            self.relate(where, category, host)
+            self.clauses.append(f"{self.noun(host, 1)} with {self.noun(category, number)} {where} it")
 
-    def beside(self, thing, place, host):
-        if self.fresh(thing, host):
-            self.expect(thing, 1)
+    def beside(self, category, place, host):
+        if self.fresh(category, host):
+            self.expect(category, 1)
             self.expect(host, 1)
-            self.relate(place, thing, host)
-            self.clauses.append(f"{self.noun(host, 1)}, {self.noun(thing, 1)} {BESIDE[place]} the {self.words[host][0]}")
+            self.relate(place, category, host)
+            self.clauses.append(f"{self.noun(host, 1)}, {self.noun(category, 1)} {BESIDE[place]} the {self.words[host][0]}")
 
     def noun(self, category, number) -> str:
         one, many = self.words[category]

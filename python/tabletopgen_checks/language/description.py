@@ -27,18 +27,18 @@ class Described:
 
     def __init__(self, description: dict):
         self.description = description
-        self.objects = [item(told) for told in description["objects"]]
+        self.objects = [item(entry) for entry in description["objects"]]
         self.by_name = {found.name: found for found in self.objects}
         self.relations = [
-            (told["id"], relation["kind"], *map(relation.get, ("target", "second_target", "distance_m")))
-            for told in description["objects"]
-            for relation in told.get("relations", ())
+            (entry["id"], relation["kind"], *map(relation.get, ("target", "second_target", "distance_m")))
+            for entry in description["objects"]
+            for relation in entry.get("relations", ())
         ]
         # (object, target) of the relations that the person at the target sees.
         self.seated = {
-            (told["id"], relation["target"])
-            for told in description["objects"]
-            for relation in told.get("relations", ())
+            (entry["id"], relation["target"])
+            for entry in description["objects"]
+            for relation in entry.get("relations", ())
             if relation.get("seated")
         }
         self.arrangements = [
@@ -136,20 +136,20 @@ def chains(names, carried) -> list:
     return found
 
 
-def item(told: dict) -> Item:
-    position, yaw = told.get("position_m"), told.get("yaw_rad")
+def item(entry: dict) -> Item:
+    position, yaw = entry.get("position_m"), entry.get("yaw_rad")
     return Item(
-        name=told["id"],
-        category=told["category"],
-        label=told["label"],
-        requested=told["requested"],
-        stand_in=told.get("stand_in", False),
-        color=told.get("color"),
-        material=told.get("material"),
-        size_cm=tuple(100 * side for side in told["size_m"]),
-        pose=told.get("pose", "upright"),
-        state=told.get("state"),
-        mass_kg=told.get("mass_kg"),
+        name=entry["id"],
+        category=entry["category"],
+        label=entry["label"],
+        requested=entry["requested"],
+        stand_in=entry.get("stand_in", False),
+        color=entry.get("color"),
+        material=entry.get("material"),
+        size_cm=tuple(100 * side for side in entry["size_m"]),
+        pose=entry.get("pose", "upright"),
+        state=entry.get("state"),
+        mass_kg=entry.get("mass_kg"),
         yaw_deg=None if yaw is None else math.degrees(yaw),
         position_cm=None if position is None else tuple(100 * side for side in position),
     )

@@ -63,11 +63,11 @@ class Cast:
         """The objects of all entries that a reference means: a category, several, or a category with qualifiers."""
         reference = reference if isinstance(reference, dict) else {"category": reference}
         wanted = set(listed(reference["category"]))
-        told = qualifiers(reference)
+        stated = qualifiers(reference)
         return [
             item
             for entry, items in zip(self.entries, self.taken)
-            if wanted & set(listed(entry["category"])) and all(entry.get(name) == reference[name] for name in told)
+            if wanted & set(listed(entry["category"])) and all(entry.get(name) == reference[name] for name in stated)
             for item in items
         ]
 
@@ -77,7 +77,7 @@ class Cast:
             low, high = bounds(entry["count"])
             if not low <= len(items) <= high:
                 asked = str(low) if low == high else f"{low} to {high}"
-                wrong.append(f"{len(items)} {told(entry)} instead of {asked}")
+                wrong.append(f"{len(items)} {in_words(entry)} instead of {asked}")
         return wrong + self.size_complaints()
 
     def size_complaints(self) -> list:
@@ -112,12 +112,12 @@ def complaints(expected: dict, view) -> list:
     ]
     if expected.get("closed"):
         wrong += [f"{item.name} is a filling" for item in view.objects if not item.requested]
-    wrong += [told for relation in expected.get("relations", ()) for told in relation_complaints(relation, cast, view)]
-    wrong += [told for group in expected.get("arrangements", ()) for told in arrangement_complaints(group, cast, view)]
+    wrong += [stated for relation in expected.get("relations", ()) for stated in relation_complaints(relation, cast, view)]
+    wrong += [stated for group in expected.get("arrangements", ()) for stated in arrangement_complaints(group, cast, view)]
     for alternatives in expected.get("any_of", ()):
-        told = [alternative_complaints(alternative, cast, view) for alternative in alternatives]
-        if all(told):
-            wrong.append("neither: " + "; nor: ".join("; ".join(words) for words in told))
+        stated = [alternative_complaints(alternative, cast, view) for alternative in alternatives]
+        if all(stated):
+            wrong.append("neither: " + "; nor: ".join("; ".join(words) for words in stated))
     wrong += table_complaints(expected.get("table", {}), view)
     wrong += [
         f"{asked['text']!r} is not reported"
@@ -145,7 +145,7 @@ def relation_complaints(relation, cast, view) -> list:
     held = [name for name, targets in partners.items() if targets]
     low, high = bounds(relation.get("count", max(1, len(subjects))))
     kinds = "/".join(listed(relation["relation"]))
-    words = f"{told(relation['object'])} {kinds} {told(relation.get('target'))}".strip()
+    words = f"{in_words(relation['object'])} {kinds} {in_words(relation.get('target'))}".strip()
     if "distance_cm" in relation:
         words += f" at {relation['distance_cm'][0]} to {relation['distance_cm'][1]} cm"
     if not low <= len(held) <= high:
@@ -187,7 +187,7 @@ def arrangement_complaints(group, cast, view) -> list:
             if low <= len(members) <= high and spaced:
                 return []
     gap = f" with gaps of {group['gap_cm'][0]} to {group['gap_cm'][1]} cm" if "gap_cm" in group else ""
-    return [f"no {'/'.join(listed(group['kind']))} of {told(group)}{gap}"]
+    return [f"no {'/'.join(listed(group['kind']))} of {in_words(group)}{gap}"]
 
 
 def table_complaints(asked, view) -> list:
@@ -294,7 +294,7 @@ def bounds(count) -> tuple:
     return (count[0], count[1]) if isinstance(count, (list, tuple)) else (count, count)
 
 
-def told(reference) -> str:
+def in_words(reference) -> str:
     """A reference in words."""
     if reference is None:
         return ""

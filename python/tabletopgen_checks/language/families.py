@@ -17,7 +17,7 @@ class Family:
     # The same with a shape before the last word.
     shaped: str
     # Objects that may stand anywhere, with the most there are of each.
-    things: dict
+    objects: dict
     # (host, what goes in or on it, the most of those); there is one host.
     inside: list
     upon: list
@@ -31,7 +31,7 @@ FAMILIES = {
     "office_living": Family(
         tables=["An office desk", "A study desk", "A wooden desk"],
         shaped="A {} coffee table",
-        things={
+        objects={
             "stapler": 1, "calculator": 1, "tissue_box": 1, "remote_control": 2, "smartphone": 2, "tape_dispenser": 1,
             "sticky_notes": 3, "cactus": 3, "candle": 4, "picture_frame": 2, "rubiks_cube": 2, "desk_clock": 1,
             "potted_plant": 2, "soda_can": 4, "water_bottle": 2, "game_controller": 2, "headphones": 1, "globe": 1,
@@ -48,7 +48,7 @@ FAMILIES = {
     "dining_kitchen": Family(
         tables=["A dining table", "A kitchen table", "A breakfast table"],
         shaped="A {} dining table",
-        things={
+        objects={
             "wine_glass": 4, "drinking_glass": 4, "salt_shaker": 1, "pepper_mill": 1, "teapot": 1, "milk_carton": 1,
             "cereal_box": 2, "candle": 2, "jar": 3, "wine_bottle": 2, "whisk": 1, "ladle": 1, "rolling_pin": 1,
             "pitcher": 1, "kettle": 1, "lemon": 3, "pear": 3, "carrot": 3, "banana": 2, "toaster": 1, "saucepan": 1,
@@ -68,7 +68,7 @@ FAMILIES = {
     "workbench_utility": Family(
         tables=["A carpenter's workbench", "A workbench", "A repair bench"],
         shaped="A {} worktable",
-        things={
+        objects={
             "hammer": 2, "screwdriver": 4, "wrench": 3, "pliers": 2, "adjustable_wrench": 1, "hand_saw": 1,
             "tape_measure": 2, "spirit_level": 1, "utility_knife": 2, "c_clamp": 3, "chisel": 3, "hand_plane": 1,
             "flashlight": 2, "multimeter": 1, "wire_spool": 3, "oil_can": 2, "glue_bottle": 3, "pencil": 3,
@@ -85,7 +85,7 @@ FAMILIES = {
     "crafting_hobby": Family(
         tables=["A hobby desk", "A crafting table", "A sewing table"],
         shaped="A {} hobby table",
-        things={
+        objects={
             "model_car": 3, "paint_bottle": 5, "paintbrush": 4, "magnifying_glass": 1, "thread_spool": 4,
             "yarn_ball": 4, "pin_cushion": 1, "glue_stick": 3, "marker": 4, "dice": 4, "chess_pawn": 4, "scissors": 1,
             "crayon_box": 2, "watercolor_set": 1, "paint_palette": 1, "hot_glue_gun": 1, "embroidery_hoop": 2,

@@ -102,8 +102,8 @@ class Clauses:
         if left < 2 or {host, category} & self.used:
             return
         number = self.chance.randint(1, min(most, left - 1))
-        told = {"host": self.noun(host, 1), "things": self.noun(category, number)}
-        self.clauses.append(self.chance.choice(forms).format(**told))
+        nouns = {"host": self.noun(host, 1), "things": self.noun(category, number)}
+        self.clauses.append(self.chance.choice(forms).format(**nouns))
         self.relate(relation, category, host)
 
     def stack(self, left):
@@ -117,20 +117,20 @@ class Clauses:
         self.expectation["arrangements"].append({"kind": "stack", "category": category, "count": number})
 
     def beside(self, left):
-        thing, other = self.fresh(), None
-        if left >= 2 and thing:
-            other = self.fresh(besides=thing)
+        subject, other = self.fresh(), None
+        if left >= 2 and subject:
+            other = self.fresh(besides=subject)
         if other:
             relation = self.chance.choice(sorted(BESIDE))
-            self.clauses.append(f"{self.noun(thing, 1)} {self.chance.choice(BESIDE[relation])} {self.noun(other, 1)}")
-            self.relate(relation, thing, other)
+            self.clauses.append(f"{self.noun(subject, 1)} {self.chance.choice(BESIDE[relation])} {self.noun(other, 1)}")
+            self.relate(relation, subject, other)
 
     def between(self, left):
-        pool = [category for category in sorted(self.family.things) if category not in self.used]
+        pool = [category for category in sorted(self.family.objects) if category not in self.used]
         if left >= 3 and len(pool) >= 3:
-            thing, first, second = self.chance.sample(pool, 3)
-            self.clauses.append(f"{self.noun(thing, 1)} between {self.noun(first, 1)} and {self.noun(second, 1)}")
-            self.relate("between", thing, first, second=second)
+            subject, first, second = self.chance.sample(pool, 3)
+            self.clauses.append(f"{self.noun(subject, 1)} between {self.noun(first, 1)} and {self.noun(second, 1)}")
+            self.relate("between", subject, first, second=second)
 
     def region(self, left):
         if category := self.fresh():
@@ -145,15 +145,15 @@ class Clauses:
             self.relate(edge, category, distance_cm=[cm - SLACK_CM, cm + SLACK_CM])
 
     def row(self, left):
-        several = [c for c in sorted(self.family.things) if c not in self.used and self.family.things[c] >= 3]
+        several = [c for c in sorted(self.family.objects) if c not in self.used and self.family.objects[c] >= 3]
         if left >= 3 and several:
             category = self.chance.choice(several)
-            number = self.chance.randint(3, min(left, self.family.things[category]))
+            number = self.chance.randint(3, min(left, self.family.objects[category]))
             self.clauses.append(self.chance.choice(["{} in a row", "a row of {}"]).format(self.noun(category, number)))
             self.expectation["arrangements"].append({"kind": ["row", "column"], "category": category, "count": number})
 
     def pose(self, left):
-        fitting = [c for c in sorted(POSED) if c not in self.used and c in self.family.things]
+        fitting = [c for c in sorted(POSED) if c not in self.used and c in self.family.objects]
         if fitting:
             category = self.chance.choice(fitting)
             pose = self.chance.choice(POSED[category])
@@ -161,17 +161,17 @@ class Clauses:
             self.expectation["objects"][-1]["pose"] = pose
 
     def fresh(self, besides=None):
-        pool = [category for category in sorted(self.family.things) if category not in self.used | {besides}]
+        pool = [category for category in sorted(self.family.objects) if category not in self.used | {besides}]
         return self.chance.choice(pool) if pool else None
 
     def number(self, category, left) -> int:
-        return self.chance.randint(1, min(left, self.family.things[category]))
+        return self.chance.randint(1, min(left, self.family.objects[category]))
 
-    def relate(self, relation, thing, host=None, **more):
-        told = {"relation": relation, "object": thing}
+    def relate(self, relation, subject, host=None, **more):
+        entry = {"relation": relation, "object": subject}
         if host:
-            told["target"] = host
-        self.expectation["relations"].append({**told, **more})
+            entry["target"] = host
+        self.expectation["relations"].append({**entry, **more})
 
     def noun(self, category, number, colored=False) -> str:
         """The objects in words; they are counted from here on."""

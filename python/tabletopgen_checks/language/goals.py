@@ -1,7 +1,7 @@
 """Whether the goal of a task is right, and whether the scene is still before it. Predicates are those of
 crates/scene/src/text_account.rs."""
 
-from tabletopgen_checks.language.expectations import bounds, listed, told
+from tabletopgen_checks.language.expectations import bounds, in_words, listed
 
 SYMMETRIC = ("next_to", "swapped")
 INVERSE = {"left_of": "right_of", "right_of": "left_of", "in_front_of": "behind", "behind": "in_front_of"}
@@ -28,7 +28,7 @@ def goal_complaints(expected: list, cast, view) -> list:
         low, high = bounds(asked.get("count", max(1, len(subjects))))
         if not low <= len(held) <= high:
             kinds = "/".join(listed(asked["predicate"]))
-            words = f"{kinds} {told(asked['object'])} {told(asked.get('target'))}".strip()
+            words = f"{kinds} {in_words(asked['object'])} {in_words(asked.get('target'))}".strip()
             wrong.append(f"goal {words}: stated for {len(held)} of {len(subjects)}")
     with_goal = {name for asked in expected for name in names_of(asked, cast)}
     for predicate in view.goal:

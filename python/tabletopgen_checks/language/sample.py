@@ -112,5 +112,5 @@ def check(lab: Path, binary: Path, folder: Path) -> str:
     found.scenes = scene_complaints(lab, binary, folder)
     if complaint := found.complaint():
         raise Problem(complaint)
-    told = [f"{what} {100 * share:.0f} %" for what, share in found.shares.items()]
-    return "; ".join(told + [f"{len(SCENES) + len(STARTS)} finished scenes hold"])
+    shares = [f"{what} {100 * share:.0f} %" for what, share in found.shares.items()]
+    return "; ".join(shares + [f"{len(SCENES) + len(STARTS)} finished scenes hold"])

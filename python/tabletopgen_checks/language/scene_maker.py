@@ -106,8 +106,8 @@ class SceneMaker:
                 record = self.make_record(wanted)
             except Exception as problem:  # whatever one scene trips over must not end the measurement of the others
                 lines = str(problem).strip().splitlines() or [repr(problem)]
-                told = lines[-1].strip() if isinstance(problem, Problem) else repr(problem)
-                return SceneOutcome(wanted, failure=f"no scene: {told}")
+                reason = lines[-1].strip() if isinstance(problem, Problem) else repr(problem)
+                return SceneOutcome(wanted, failure=f"no scene: {reason}")
         return SceneOutcome(wanted, record)
 
     def again(self, wanted: SceneText) -> SceneOutcome:
@@ -129,8 +129,8 @@ class SceneMaker:
         record = {
             "text": wanted.text,
             "seed": wanted.seed,
-            "verdict": made.told["verdict"],
-            "reasons": made.told["reasons"],
+            "verdict": made.printed["verdict"],
+            "reasons": made.printed["reasons"],
             "cpu_s": made.cpu_s,
             "unmet": scene.scene.get("text", {}).get("unmet", []),
             "scene": {

@@ -32,10 +32,10 @@ def main() -> int:
     renamed = dict(pair.split("=", 1) for pair in given.renamed)
     scenes = [(s.name, s.text, s.seed) for s in sentences()] + [("image", given.image, 1)]
     total = Counter()
-    for name, wish, seed in scenes:
+    for name, source, seed in scenes:
         old, new = (given.work / side / name for side in ("old", "new"))
-        generate(given.old, old, wish, seed, threads=2)
-        generate(given.new, new, wish, seed, threads=2)
+        generate(given.old, old, source, seed, threads=2)
+        generate(given.new, new, source, seed, threads=2)
         counts, differing = compare(old, new, renamed)
         total += counts
         print(f"{name}: {dict(counts)} {'; '.join(differing[:8])}", flush=True)

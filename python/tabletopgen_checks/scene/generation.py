@@ -18,11 +18,11 @@ class Generated:
     folder: Path
     seconds: float
     cpu_s: float
-    told: dict
+    printed: dict
 
 
 def generate(
-    binary: Path, out: Path, wish, seed: int, threads=None, environment=None, data=None, seconds=600, artifacts=False
+    binary: Path, out: Path, source, seed: int, threads=None, environment=None, data=None, seconds=600, artifacts=False
 ) -> Generated:
     """Makes one scene from a sentence, or from the picture at a `Path`, in an empty data directory, or in `data`; `told` is
     what `--json` printed. With `artifacts` the bundle's folder also gets what every stage put aside.
@@ -32,7 +32,7 @@ def generate(
     if out.exists():
         shutil.rmtree(out)
     out.parent.mkdir(parents=True, exist_ok=True)
-    asked = ["--image" if isinstance(wish, Path) else "--text", str(wish)]
+    asked = ["--image" if isinstance(source, Path) else "--text", str(source)]
     command = [str(binary), "generate", *asked, "--seed", str(seed), "--out", str(out), "--json"]
     command += ["--threads", str(threads)] if threads else []
     command += ["--artifacts"] if artifacts else []
@@ -46,15 +46,15 @@ def generate(
         raise Problem(f"{binary} does not start: {error.strerror}; build it with `make build`") from error
     took = time.perf_counter() - start
     try:
-        told = json.loads(run.stdout)
+        printed = json.loads(run.stdout)
     except ValueError:
-        told = None
+        printed = None
     # 3 is a quarantined scene, whose bundle is written.
-    if run.exit_code not in (0, 3) or told is None:
+    if run.exit_code not in (0, 3) or printed is None:
         last = "\n  ".join((run.stderr or run.stdout).strip().splitlines()[-12:])
-        why = (told or {}).get("failure", {}).get("message") or f"exit code {run.exit_code}:\n  {last}"
+        why = (printed or {}).get("failure", {}).get("message") or f"exit code {run.exit_code}:\n  {last}"
         raise Problem(f"{asked[1]!r} gave no scene: {why}")
-    return Generated(out, took, run.cpu_s, told)
+    return Generated(out, took, run.cpu_s, printed)
 
 
 def fingerprint(folder: Path) -> str:

@@ -75,7 +75,7 @@ class Scene:
         self.outline = [tuple(corner) for corner in scene["table"]["outline_m"]]
         # What stands up from the table top is an obstacle.
         self.table_hulls = [hull for hull in hulls.get(TABLE, ()) if max(point[2] for point in hull) > 0.002]
-        self.bodies = {told["name"]: Body(told, hulls.get(told["name"])) for told in scene["instances"]}
+        self.bodies = {instance["name"]: Body(instance, hulls.get(instance["name"])) for instance in scene["instances"]}
 
     def contents(self, name: str) -> list:
         """What stands on or in an object, directly or not."""
@@ -97,7 +97,7 @@ class Scene:
 def read_scene(folder: Path) -> Scene:
     """The scene of an unpacked bundle."""
     scene, report = (json.loads((folder / name).read_text(encoding="utf-8")) for name in ("scene.json", "report.json"))
-    names = [told["name"] for told in scene["instances"]] + [TABLE]
+    names = [instance["name"] for instance in scene["instances"]] + [TABLE]
     return Scene(scene, {name: read_hulls(folder / "urdf" / name) for name in names}, report, folder)
 
 

@@ -39,10 +39,10 @@ def scene(*bodies, moved=(), operations=0, verdict="pass", col_s=0, shape="recta
     """A scene; with a number of operations it is the child of the scene `parent`."""
     table = {"shape": shape, "outline_m": OUTLINE, "size_m": [1.2, 0.6, 0.75], "height_m": 0.75}
     source = {"kind": "edit", "parent": "parent", "operations": [{"op": "x"}] * operations}
-    told = {"id": "parent", "table": table, "request": {"input": source if operations else {"kind": "text"}},
+    content = {"id": "parent", "table": table, "request": {"input": source if operations else {"kind": "text"}},
             "instances": list(bodies)}
     report = {"verdict": verdict, "metrics": {"col_s": col_s}, "edit": {"moved": list(moved)}, "reasons": []}
-    return Scene(told, dict(hulls), report, folder)
+    return Scene(content, dict(hulls), report, folder)
 
 
 MUG, PLATE, BOOK = body("mug_1", -0.3, 0.0), body("plate_1", 0.3, 0.0), body("book_1", 0.0, 0.2)

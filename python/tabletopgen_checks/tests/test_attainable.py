@@ -18,11 +18,11 @@ class Writer:
     def __init__(self, entry):
         self.entry, self.arrangements = entry, []
         self.objects = [
-            self.thing(f"object_{k}_{n}", asked)
+            self.object_of(f"object_{k}_{n}", asked)
             for k, asked in enumerate(entry["objects"])
             for n in range(max(1, bounds(asked["count"])[0]) if bounds(asked["count"])[1] else 0)
         ]
-        self.by_name = {told["id"]: told for told in self.objects}
+        self.by_name = {entry["id"]: entry for entry in self.objects}
         self.cast = Cast(entry["objects"], Described(self.description()).objects)
         for relation in entry.get("relations", ()):
             self.relate(relation)
@@ -31,44 +31,44 @@ class Writer:
         for (first, *_) in entry.get("any_of", ()):
             self.arrange(first["arrangement"]) if "arrangement" in first else self.relate(first["relation"])
 
-    def thing(self, name, asked):
+    def object_of(self, name, asked):
         sides = asked.get("size_cm", {})
         usual = SIDES_CM[asked.get("size", "medium")]
         wide = sides.get("diameter", sides.get("length"))
         size_cm = [sides.get("x", wide), sides.get("y", sides.get("diameter")), sides.get("z", sides.get("height"))]
-        told = {
+        entry = {
             "id": name, "label": name, "category": listed(asked["category"])[0], "requested": True, "relations": [],
             "size_m": [0.01 * (middle(side) if side else usual) for side in size_cm],
         }
         if "color" in asked:
-            told["color"] = rgb_of(asked["color"])
+            entry["color"] = rgb_of(asked["color"])
         for key in ("material", "state"):
             if key in asked:
-                told[key] = asked[key]
+                entry[key] = asked[key]
         if "pose" in asked:
-            told["pose"] = listed(asked["pose"])[0]
+            entry["pose"] = listed(asked["pose"])[0]
         if "mass_kg" in asked:
-            told["mass_kg"] = middle(asked["mass_kg"])
+            entry["mass_kg"] = middle(asked["mass_kg"])
         if "yaw_deg" in asked:
-            told["yaw_rad"] = math.radians(middle(asked["yaw_deg"]))
+            entry["yaw_rad"] = math.radians(middle(asked["yaw_deg"]))
         if "position_cm" in asked:
-            told["position_m"] = [0.01 * middle(asked["position_cm"][axis]) for axis in "xy"]
-        return told
+            entry["position_m"] = [0.01 * middle(asked["position_cm"][axis]) for axis in "xy"]
+        return entry
 
     def relate(self, relation):
         subjects = self.cast.of(relation["object"])
         kind = listed(relation["relation"])[0]
         for k, subject in enumerate(subjects[: bounds(relation.get("count", len(subjects)))[0]]):
-            told = {"kind": "next_to" if kind == "distance" else kind}
+            entry = {"kind": "next_to" if kind == "distance" else kind}
             if "target" in relation:
                 targets = [item for item in self.cast.of(relation["target"]) if item is not subject]
-                told["target"] = targets[k % len(targets)].name
+                entry["target"] = targets[k % len(targets)].name
             if "second" in relation:
                 seconds = [item.name for item in self.cast.of(relation["second"]) if item is not subject]
-                told["second_target"] = next(name for name in seconds if name != told["target"])
+                entry["second_target"] = next(name for name in seconds if name != entry["target"])
             if "distance_cm" in relation:
-                told["distance_m"] = 0.01 * middle(relation["distance_cm"])
-            self.by_name[subject.name]["relations"].append(told)
+                entry["distance_m"] = 0.01 * middle(relation["distance_cm"])
+            self.by_name[subject.name]["relations"].append(entry)
 
     def arrange(self, group):
         members = self.cast.of({k: v for k, v in group.items() if k not in ("kind", "count", "gap_cm")})
@@ -78,24 +78,24 @@ class Writer:
             for lower, upper in zip(names, names[1:]):
                 self.by_name[upper]["relations"].append({"kind": "stacked_on", "target": lower})
             return
-        told = {"kind": {"arrangement": kind}, "objects": names}
+        entry = {"kind": {"arrangement": kind}, "objects": names}
         if "gap_cm" in group:
-            told["gap_m"] = 0.01 * middle(group["gap_cm"])
-        self.arrangements.append(told)
+            entry["gap_m"] = 0.01 * middle(group["gap_cm"])
+        self.arrangements.append(entry)
 
     def goal(self):
         predicates = []
         for asked in self.entry.get("goal", ()):
             subjects = self.cast.of(asked["object"])
             for subject in subjects[: bounds(asked.get("count", len(subjects)))[0]]:
-                told = {"predicate": listed(asked["predicate"])[0], "object": subject.name}
+                entry = {"predicate": listed(asked["predicate"])[0], "object": subject.name}
                 if "target" in asked:
                     # The last of them: the first may be where the object starts.
-                    told["target"] = [i.name for i in self.cast.of(asked["target"]) if i is not subject][-1]
+                    entry["target"] = [i.name for i in self.cast.of(asked["target"]) if i is not subject][-1]
                 if "second" in asked:
                     others = (i.name for i in self.cast.of(asked["second"]) if i is not subject)
-                    told["second_target"] = next(name for name in others if name != told["target"])
-                predicates.append(told)
+                    entry["second_target"] = next(name for name in others if name != entry["target"])
+                predicates.append(entry)
         return {"instruction": self.entry["text"], "predicates": predicates}
 
     def description(self) -> dict:
@@ -103,18 +103,18 @@ class Writer:
         table = {key: asked[key] for key in ("shape", "material") if key in asked}
         if "size_cm" in asked:
             table["size_m"] = [0.01 * middle(asked["size_cm"].get(axis, [75, 75])) for axis in "xyz"]
-        told = {"table": table, "objects": self.objects, "arrangements": self.arrangements}
-        told["unrecognized"] = [
+        entry = {"table": table, "objects": self.objects, "arrangements": self.arrangements}
+        entry["unrecognized"] = [
             {"span": {"text": listed(part["text"])[0]}, "reason": listed(part.get("reason", "unknown_word"))[0]}
             for part in self.entry.get("reported", ())
         ]
-        told["understood"] = [
+        entry["understood"] = [
             {"span": {"text": part["from"]}, "kind": "correction", "corrected": part["to"]}
             for part in self.entry.get("corrected", ())
         ]
         if self.entry.get("fillings"):
-            told["objects"] = [*self.objects, self.thing("filling", {"category": "nothing"}) | {"requested": False}]
-        return told
+            entry["objects"] = [*self.objects, self.object_of("filling", {"category": "nothing"}) | {"requested": False}]
+        return entry
 
 
 def middle(limits) -> float:

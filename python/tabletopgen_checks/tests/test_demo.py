@@ -66,9 +66,9 @@ class WithoutPython(unittest.TestCase):
         asked = re.findall(r"<generate>\n((?:<.*>\n?)+)", words)
         image = ROOT / "docs/demo_table.png"
         wanted = [["--text", demo.TEXT, "sentence"], ["--image", str(image), "image"]]
-        for (option, value, name), told in zip(wanted, asked):
+        for (option, value, name), shown in zip(wanted, asked):
             expected = (option, value, "--seed", "7", "--out", f"away/{name}", "--force")
-            self.assertEqual(told.split("\n")[:-1], [f"<{w}>" for w in expected])
+            self.assertEqual(shown.split("\n")[:-1], [f"<{w}>" for w in expected])
         self.assertEqual(len(asked), 2)
         self.assertTrue(image.is_file())
         self.assertIn("look at away/sentence/preview and away/image/preview", words)

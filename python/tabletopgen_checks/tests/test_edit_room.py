@@ -125,11 +125,11 @@ class Room(unittest.TestCase):
             self.assertEqual(place is not None, expected)
 
     def test_containers_take_what_fits_between_their_walls(self):
-        told, hulls = cup("cup_1", 0.0, 0.0)
+        container, hulls = cup("cup_1", 0.0, 0.0)
         operation = Operation({"op": "move", "target": "a_1", "where": {"relation": "in", "target": "cup_1"}}, ["a_1"],
                               ["cup_1"])
         for size, expected in (((0.05, 0.05, 0.05), True), ((0.11, 0.11, 0.05), False)):
-            found = scene(told, body("a_1", 0.4, 0, size=size), hulls={"cup_1": hulls})
+            found = scene(container, body("a_1", 0.4, 0, size=size), hulls={"cup_1": hulls})
             self.assertEqual(bool(place_for(operation, found)), expected)
 
     def test_a_turn_is_tried_at_its_place_only(self):

@@ -24,8 +24,8 @@ class Refusals(unittest.TestCase):
     CASE = Case("edit_000", "p", 1, [REMOVE], "unknown object", ("giraffe",))
 
     def found(self, exit_code=5, **failure):
-        told = {"kind": "unknown_object", "message": "no giraffe is there", "exit_code": 5} | failure
-        return refusal_complaints(Edited(exit_code, {"failure": told}, "", 0.0, []), self.CASE, Path("/nowhere"))
+        refusal = {"kind": "unknown_object", "message": "no giraffe is there", "exit_code": 5} | failure
+        return refusal_complaints(Edited(exit_code, {"failure": refusal}, "", 0.0, []), self.CASE, Path("/nowhere"))
 
     def test_a_refusal_names_its_reason(self):
         self.assertEqual(self.found(), [])
@@ -61,11 +61,11 @@ print(json.dumps(report))
 """
 
 
-def write_bundle(folder: Path, told: Scene):
+def write_bundle(folder: Path, source: Scene):
     folder.mkdir(parents=True)
-    for name, content in (("scene.json", told.scene), ("report.json", told.report)):
+    for name, content in (("scene.json", source.scene), ("report.json", source.report)):
         (folder / name).write_text(json.dumps(content), encoding="utf-8")
-    for body_of in told.bodies.values():
+    for body_of in source.bodies.values():
         place = folder / "urdf" / body_of.name
         place.mkdir(parents=True)
         for number, hull in enumerate(body_of.local_hulls):
@@ -117,8 +117,8 @@ class Runs(unittest.TestCase):
 class Generator(unittest.TestCase):
     def setUp(self):
         # Wide enough for all sorts of edits.
-        told, hulls = cup("mug_1", -0.45, 0.2)
-        bodies = [told, body("mug_2", -0.2, 0.2), body("book_1", 0.1, 0.2, size=(0.15, 0.2, 0.03)),
+        container, hulls = cup("mug_1", -0.45, 0.2)
+        bodies = [container, body("mug_2", -0.2, 0.2), body("book_1", 0.1, 0.2, size=(0.15, 0.2, 0.03)),
                   body("book_2", 0.4, 0.15, size=(0.15, 0.22, 0.03)), body("apple_1", 0.4, 0.15, 0.03, parent="book_2",
                   size=(0.07, 0.07, 0.07)), body("laptop_1", -0.3, -0.1, size=(0.33, 0.28, 0.22)),
                   body("notebook_1", 0.2, -0.15, size=(0.15, 0.2, 0.015))]

@@ -45,10 +45,10 @@ RELATIONS = [
 class Predicates(unittest.TestCase):
     def test_relations_hold_where_they_should_and_only_there(self):
         for kind, right, wrong, stated_m in RELATIONS:
-            for told, expected in ((right, True), (wrong, False)):
-                with self.subTest(kind, bodies=[one["translation_m"] for one in told]):
-                    found = scene(*told)
-                    first, *others = [found.bodies[one["name"]] for one in told]
+            for posed, expected in ((right, True), (wrong, False)):
+                with self.subTest(kind, bodies=[one["translation_m"] for one in posed]):
+                    found = scene(*posed)
+                    first, *others = [found.bodies[one["name"]] for one in posed]
                     target, second = (others + [None, None])[:2]
                     self.assertEqual(holds(kind, first, found.outline, target, second, stated_m), expected)
 
@@ -171,19 +171,19 @@ class Statements(unittest.TestCase):
         pen = body("pen_1", -0.3, 0, 0.1, parent="mug_1")
         remove = Operation({"op": "remove", "target": "mug_1"}, ["mug_1"])
         fallen = body("pen_1", -0.3, 0)
-        told = {"name": "pen_1", "distance_m": 0.1, "angle_rad": 0.0, "cause": "mug_1 is gone"}
-        self.assertEqual(self.found(remove, [MUG, pen], [fallen], moved=[told]), [])
+        printed = {"name": "pen_1", "distance_m": 0.1, "angle_rad": 0.0, "cause": "mug_1 is gone"}
+        self.assertEqual(self.found(remove, [MUG, pen], [fallen], moved=[printed]), [])
         self.assertNotEqual(self.found(remove, [MUG, pen], [fallen]), [])
 
     def test_the_printed_document_agrees_with_the_report(self):
         parent, child = scene(MUG), scene(MUG, operations=1)
-        told = {"verdict": "pass", "metrics": {"col_s": 0.0}, "edit": {"moved": []}}
-        self.assertEqual(complaints(parent, child, [NOTHING], told), [])
+        printed = {"verdict": "pass", "metrics": {"col_s": 0.0}, "edit": {"moved": []}}
+        self.assertEqual(complaints(parent, child, [NOTHING], printed), [])
         fallen = scene(MUG, body("plate_1", 0.35, 0.0), operations=1, moved=[FALL])
         for account in ({"edit": {"moved": [FALL]}}, {"edit": None, "summary": {"edit": {"moved": [FALL]}}}):
-            self.assertEqual(complaints(scene(MUG, PLATE), fallen, [NOTHING], told | account), [])
+            self.assertEqual(complaints(scene(MUG, PLATE), fallen, [NOTHING], printed | account), [])
         for wrong in ({"verdict": "quarantine"}, {"metrics": {"col_s": 1}}, {"edit": {"moved": [FALL]}}):
-            self.assertNotEqual(complaints(parent, child, [NOTHING], told | wrong), [], wrong)
+            self.assertNotEqual(complaints(parent, child, [NOTHING], printed | wrong), [], wrong)
 
     def test_certificate_and_lineage_are_demanded(self):
         self.assertNotEqual(self.found(NOTHING, [MUG], [MUG], verdict="quarantine"), [])

@@ -26,10 +26,10 @@ class Commits(unittest.TestCase):
         self.assertEqual(self.begin("")[1], "abc")
 
     def test_uncommitted_changes_are_refused_before_anything_is_measured(self):
-        told = io.StringIO()
-        with contextlib.redirect_stderr(told), self.assertRaises(SystemExit):
+        errors = io.StringIO()
+        with contextlib.redirect_stderr(errors), self.assertRaises(SystemExit):
             self.begin(" M src/lib.rs")
-        self.assertIn("abc with uncommitted changes: commit or stash them, or give --uncommitted", told.getvalue())
+        self.assertIn("abc with uncommitted changes: commit or stash them, or give --uncommitted", errors.getvalue())
 
     def test_uncommitted_changes_that_are_wanted_are_marked(self):
         self.assertEqual(self.begin(" M src/lib.rs", "--uncommitted")[1], "abc with uncommitted changes")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tabletopgen_checks.bars import categories, rest
 from tabletopgen_checks.judges.programs import known
-from tabletopgen_checks.judges.resting import Wish, simulators, wishes, words
+from tabletopgen_checks.judges.resting import RestScene, rest_scenes, simulators, words
 from tabletopgen_checks.repository import JUDGES, ROOT
 
 SPECIFICATION = importlib.util.spec_from_file_location("rest_lines", JUDGES / "rest_lines.py")
@@ -37,7 +37,7 @@ simulator.AdvanceTo(1.0)
 """
 
 
-def told(**more):
+def finding(**more):
     return {
         "bundle": "/scenes/tower", "program": "MuJoCo 3.3.0", "holds": True, "failure": "", "objects": 5, "held": 5,
         "worst": "cube_5", "worst_share": 0.5, "moved_mm": 5.0, "turned_deg": 0.1, "deepest": "cube_1 and cube_2",
@@ -80,9 +80,9 @@ class Lines(unittest.TestCase):
 
 class Data(unittest.TestCase):
     def test_forty_scenes_of_seven_kinds_have_names_of_their_own(self):
-        self.assertEqual(len({wish.name for wish in wishes()}), rest.SCENES)
-        self.assertEqual(len({wish.kind for wish in wishes()}), 7)
-        self.assertEqual(len(wishes(sample=True)), 3)
+        self.assertEqual(len({scene.name for scene in rest_scenes()}), rest.SCENES)
+        self.assertEqual(len({scene.kind for scene in rest_scenes()}), 7)
+        self.assertEqual(len(rest_scenes(sample=True)), 3)
 
     def test_every_program_has_a_reader_and_an_environment(self):
         readers = {*rest_lines.READERS, "load", "javascript"}
@@ -93,28 +93,28 @@ class Data(unittest.TestCase):
 
 class Page(unittest.TestCase):
     def test_what_does_not_rest_is_named_and_fails_the_bar(self):
-        wanted, made = [Wish("tower", "stack", 1, "A tower")], [(Path("/scenes/tower"), [])]
-        text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [told()]})
+        wanted, made = [RestScene("tower", "stack", 1, "A tower")], [(Path("/scenes/tower"), [])]
+        text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [finding()]})
         self.assertTrue(held)
         self.assertIn("| MuJoCo 3.3.0 | yes | 1 of 1 | 5 of 5 | cube_5 (tower) | 5.00 | 0.10 |", text)
-        fallen = told(holds=False, held=4, worst_share=27.0, moved_mm=270.0, turned_deg=90.0)
+        fallen = finding(holds=False, held=4, worst_share=27.0, moved_mm=270.0, turned_deg=90.0)
         text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [fallen]})
         self.assertFalse(held)
         self.assertIn("- MuJoCo 3.3.0, tower: cube_5 moves 270.00 mm and turns 90.00 degrees", text)
 
     def test_a_program_that_was_not_run_is_named_and_fails_the_bar(self):
-        wanted, made = [Wish("tower", "stack", 1, "A tower")], [(Path("/scenes/tower"), [])]
-        text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [told()], "Drake": []})
+        wanted, made = [RestScene("tower", "stack", 1, "A tower")], [(Path("/scenes/tower"), [])]
+        text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [finding()], "Drake": []})
         self.assertFalse(held)
         self.assertIn("## Not measured\n\n- Drake: 1 of 1 scenes", text)
 
     def test_where_rest_is_not_promised_the_page_says_why_and_the_bundle_too(self):
         why_not = {one["name"]: one for one in simulators() if "not_promised" in one}
         self.assertTrue(why_not)
-        wanted, made = [Wish("tower", "stack", 1, "A tower")], [(Path("/scenes/tower"), [])]
-        fallen = told(holds=False, held=4, worst_share=10.0, moved_mm=270.0, turned_deg=90.0)
+        wanted, made = [RestScene("tower", "stack", 1, "A tower")], [(Path("/scenes/tower"), [])]
+        fallen = finding(holds=False, held=4, worst_share=10.0, moved_mm=270.0, turned_deg=90.0)
         for name, one in why_not.items():
-            text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [told()], name: [fallen]})
+            text, held = rest.page(wanted, made, {"MuJoCo 3.3.0": [finding()], name: [fallen]})
             self.assertTrue(held)
             self.assertIn(f"- {name}: {one['not_promised']}", text)
             self.assertIn(f"- {name}, tower: cube_5 moves 270.00 mm and turns 90.00 degrees", text)
@@ -128,19 +128,19 @@ class Page(unittest.TestCase):
             program, kept = Path(folder) / "program", Path(folder) / "rest"
             bundles = [kept / "tower", kept / "coins"]
             program.write_text("one", encoding="utf-8")
-            rest.Kept(kept, program).add("MuJoCo 3.3.0", told())
+            rest.Kept(kept, program).add("MuJoCo 3.3.0", finding())
             found = rest.Kept(kept, program).found("MuJoCo 3.3.0", bundles)
             self.assertEqual([one["bundle"] for one in found], ["/scenes/tower"])
             program.write_text("another", encoding="utf-8")
             self.assertEqual(rest.Kept(kept, program).found("MuJoCo 3.3.0", bundles), [])
 
     def test_a_scene_that_is_not_certified_fails_the_bar(self):
-        _, held = rest.page([Wish("tower", "stack", 1, "A tower")], [(None, ["no room"])], {})
+        _, held = rest.page([RestScene("tower", "stack", 1, "A tower")], [(None, ["no room"])], {})
         self.assertFalse(held)
 
     def test_a_program_that_fails_tells_its_last_words(self):
-        self.assertEqual(words(told(holds=False, failure="ImportError:\n no module")), "ImportError: no module")
-        sunk = words(told(holds=False, deepest_share=2.0, depth_mm=4.0))
+        self.assertEqual(words(finding(holds=False, failure="ImportError:\n no module")), "ImportError: no module")
+        sunk = words(finding(holds=False, deepest_share=2.0, depth_mm=4.0))
         self.assertEqual(sunk, "cube_1 and cube_2 4.00 mm deep in each other")
 
 

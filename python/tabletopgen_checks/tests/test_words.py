@@ -8,7 +8,7 @@ from pathlib import Path
 from tabletopgen_checks.language import words
 from tabletopgen_checks.language.generated_sentences import MOST_OBJECTS, generated
 from tabletopgen_checks.problem import Problem
-from tabletopgen_checks.tests.test_expectations import predicate, span, thing
+from tabletopgen_checks.tests.test_expectations import entity, predicate, span
 
 RELATIONS = set(
     "on in left_of right_of in_front_of behind next_to between facing parallel_to around stacked_on at_center at_back "
@@ -109,14 +109,14 @@ class Names(unittest.TestCase):
         can = words.Name("hope", "corn can", "exact", ["food_can"], ["soda_can"])
         account = {"understood": [{"span": span("corn can", 15), "kind": "object"}]}
         for objects, expected in [
-            ([thing("food_can_1")], "exact"),
-            ([thing("food_can_1"), thing("food_can_2")], "exact"),
-            ([thing("jar_1", stand_in=True)], "stand-in"),
-            ([thing("food_can_1", stand_in=True)], "stand-in"),
-            ([thing("soda_can_1")], "unmarked"),
-            ([thing("corn_1")], "wrong"),
-            ([thing("food_can_1"), thing("corn_1")], "wrong"),
-            ([thing("food_can_1"), thing("corn_1", requested=False)], "exact"),
+            ([entity("food_can_1")], "exact"),
+            ([entity("food_can_1"), entity("food_can_2")], "exact"),
+            ([entity("jar_1", stand_in=True)], "stand-in"),
+            ([entity("food_can_1", stand_in=True)], "stand-in"),
+            ([entity("soda_can_1")], "unmarked"),
+            ([entity("corn_1")], "wrong"),
+            ([entity("food_can_1"), entity("corn_1")], "wrong"),
+            ([entity("food_can_1"), entity("corn_1", requested=False)], "exact"),
             ([], "silent"),
         ]:
             self.assertEqual(self.outcome(can, described(*objects, **account)), expected, objects)
@@ -124,7 +124,7 @@ class Names(unittest.TestCase):
     def test_words_without_account_are_silent(self):
         can = words.Name("hope", "corn can", "exact", ["food_can"], [])
         account = {"understood": [{"span": span("can", 20), "kind": "object"}]}
-        found = words.outcome_of(can, described(thing("food_can_1"), **account), {"a", "with", "table"})
+        found = words.outcome_of(can, described(entity("food_can_1"), **account), {"a", "with", "table"})
         self.assertEqual(found[2], ["corn"])
 
     def test_refusals_are_right_where_they_are_expected(self):
@@ -141,7 +141,7 @@ class Sentences(unittest.TestCase):
         entry = {"objects": [], "refused": True, "message": "English"}
         self.assertEqual(words.sentence_complaints(entry, error("write the text in English")), [])
         self.assertIn("does not say English", words.sentence_complaints(entry, error("nothing known"))[0])
-        self.assertEqual(words.sentence_complaints(entry, described(thing("mug_1"))), ["not refused, but 1 mug"])
+        self.assertEqual(words.sentence_complaints(entry, described(entity("mug_1"))), ["not refused, but 1 mug"])
 
     def test_refused_texts_that_should_not_be(self):
         mug = {"objects": [{"category": "mug", "count": 1}]}
@@ -152,8 +152,8 @@ class Sentences(unittest.TestCase):
     def test_goals_of_sentences_count(self):
         entry = {"objects": [{"category": "mug", "count": 1}], "goal": [{"predicate": "lifted", "object": "mug"}]}
         goal = {"instruction": "", "predicates": [predicate("lifted", "mug_1")]}
-        self.assertEqual(words.sentence_complaints(entry, described(thing("mug_1"), goal=goal)), [])
-        found = words.sentence_complaints(entry, described(thing("mug_1")))
+        self.assertEqual(words.sentence_complaints(entry, described(entity("mug_1"), goal=goal)), [])
+        found = words.sentence_complaints(entry, described(entity("mug_1")))
         self.assertEqual(found, ["goal lifted mug: stated for 0 of 1"])
 
 
@@ -163,15 +163,15 @@ class Tasks(unittest.TestCase):
     GOAL = {"instruction": "", "predicates": [predicate("in", "apple_1", "bowl_1")]}
 
     def test_right_start_and_goal(self):
-        score = words.task_score(self.ENTRY, described(thing("apple_1"), thing("bowl_1"), goal=self.GOAL))
+        score = words.task_score(self.ENTRY, described(entity("apple_1"), entity("bowl_1"), goal=self.GOAL))
         self.assertEqual((score.scene, score.goal, score.solved), ([], [], False))
 
     def test_solved_start(self):
-        start = described(thing("apple_1", ("in", "bowl_1")), thing("bowl_1"), goal=self.GOAL)
+        start = described(entity("apple_1", ("in", "bowl_1")), entity("bowl_1"), goal=self.GOAL)
         self.assertTrue(words.task_score(self.ENTRY, start).solved)
 
     def test_no_goal_and_no_scene(self):
-        score = words.task_score(self.ENTRY, described(thing("apple_1"), thing("bowl_1")))
+        score = words.task_score(self.ENTRY, described(entity("apple_1"), entity("bowl_1")))
         self.assertTrue(score.solved and score.goal)
         score = words.task_score(self.ENTRY, error("no"))
         self.assertTrue(score.solved and score.goal and score.scene)

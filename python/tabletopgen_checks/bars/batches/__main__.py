@@ -62,13 +62,13 @@ def main() -> bool:
     output = [json.loads(line) for line in (folder / "output.jsonl").read_text(encoding="utf-8").splitlines()]
     failures = (folder / "errors.jsonl").read_text(encoding="utf-8").splitlines()
     archives = sorted(folder.glob("*.zip"))
-    passed = [told for told in output if told["state"] == "succeeded"]
+    passed = [record for record in output if record["state"] == "succeeded"]
     rows, again, jobs, more_jobs = stage_counts(folder / ".tabletopgen")
     nearest = nearest_mm([read(path) for path in archives])
     first, last = memory(batch.memory, 0.0, 0.2), memory(batch.memory, 0.8, 1.0)
     shutil.rmtree(folder / ".tabletopgen")
     per_hour = 3600.0 * len(output) / batch.seconds
-    ids = {told["custom_id"] for told in output}
+    ids = {record["custom_id"] for record in output}
     allowed = IN_PROGRESS * len(batch.killed_at)
     bars = [
         ("Requests with a bundle, each once", f"{len(ids)} of {requests}", requests,
@@ -80,7 +80,7 @@ def main() -> bool:
         ("Nearest two scenes of a description, mm", f"{nearest:.0f}", f"{ALIKE_MM:.0f}", nearest >= ALIKE_MM),
         ("Memory, last fifth over first", f"{last / first:.2f}", FLAT_BAR, last <= FLAT_BAR * first),
     ]
-    told = (
+    summary = (
         f"{requests} requests: {len(TEXTS)} descriptions of 3 to 5 objects, {given.seeds} seeds each. "
         f"{batch.seconds:.0f} s in all runs together, {per_hour:.0f} scenes per hour; `kill -9` after "
         f"{', '.join(map(str, batch.killed_at))} finished scenes. Resident memory {first:.0f} MiB in the first fifth, "
@@ -90,7 +90,7 @@ def main() -> bool:
     more, dataset = frozen(given, folder)
     bars += more
     rows = [[what, value, bar, "holds" if holds else "DOES NOT HOLD"] for what, value, bar, holds in bars]
-    write("batches", "Batches and datasets", "\n\n".join([table(["", "found", "bar", ""], rows), told, dataset]))
+    write("batches", "Batches and datasets", "\n\n".join([table(["", "found", "bar", ""], rows), summary, dataset]))
     return all(holds for *_, holds in bars)
 
 
@@ -120,9 +120,9 @@ def frozen(given, batch: Path) -> tuple:
          counts.get("train", 0), streamed["right"] == streamed["samples"] == counts.get("train", 0)),
         ("Plots of the page of statistics", len(re.findall("<svg", page)), "1", "<svg" in page),
     ]
-    told = f"The dataset has {scenes} scenes: {', '.join(f'{name} {n}' for name, n in sorted(counts.items()))}."
+    summary = f"The dataset has {scenes} scenes: {', '.join(f'{name} {n}' for name, n in sorted(counts.items()))}."
     print(done[-500:], flush=True)
-    return bars, told
+    return bars, summary
 
 
 def found_damage(program: str, version: Path, seed: int) -> bool:

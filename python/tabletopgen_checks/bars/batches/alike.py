@@ -19,7 +19,7 @@ def nearest_mm(scenes: list) -> float:
     in millimeters. Scenes with different objects are not compared."""
     groups = defaultdict(list)
     for scene in scenes:
-        places = {told["name"]: (told["category"], told["translation_m"]) for told in scene["instances"]}
+        places = {instance["name"]: (instance["category"], instance["translation_m"]) for instance in scene["instances"]}
         kinds = tuple(sorted((name, category) for name, (category, _) in places.items()))
         groups[scene["request"]["input"]["text"], kinds].append([places[name][1] for name, _ in kinds])
     nearest = math.inf

@@ -25,8 +25,8 @@ def bundles(version: Path):
                     assert content is not None, f"{member.name} of {shard} is no file"
                     yield split, member.name[:-4], content.read()
     if (version / "scenes").is_dir():
-        told = json.loads((version / "dataset.json").read_text(encoding="utf-8"))
-        for entry in told["scenes"]:
+        dataset = json.loads((version / "dataset.json").read_text(encoding="utf-8"))
+        for entry in dataset["scenes"]:
             yield entry["split"], entry["id"], (version / entry["path"]).read_bytes()
 
 

@@ -38,11 +38,11 @@ def main():
     given = parser.parse_args()
     if given.bundle is None:
         return
-    told = json.loads((given.bundle / "scene.json").read_text(encoding="utf-8"))
-    assets = {one["name"]: asset_of(given.bundle / "urdf" / one["name"]) for one in told["instances"]}
-    table = table_of(told["table"])
+    content = json.loads((given.bundle / "scene.json").read_text(encoding="utf-8"))
+    assets = {one["name"]: asset_of(given.bundle / "urdf" / one["name"]) for one in content["instances"]}
+    table = table_of(content["table"])
     read_s = time.process_time()
-    scene = placed(told, assets, table, given.poses, given.seed)
+    scene = placed(content, assets, table, given.poses, given.seed)
     placed_s = time.process_time()
     names = [name for name in assets if name in scene.get_object_names()]
     found = {name: scene.get_transform(name).tolist() for name in names}
@@ -62,7 +62,7 @@ def table_of(table: dict):
     return scene_synthesizer.assets.TrimeshAsset(solid)
 
 
-def placed(told, assets, table, poses, seed):
+def placed(content, assets, table, poses, seed):
     scene = scene_synthesizer.Scene(seed=seed)
     scene.add_object(table, TABLE)
     scene.label_support(TOP, obj_ids=TABLE)
@@ -71,7 +71,7 @@ def placed(told, assets, table, poses, seed):
             one["name"]: orientation_generator_stable_poses(
                 assets[one["name"]], seed=scene._rng, convexify=True, center_mass=one["center_of_mass_m"]
             )
-            for one in told["instances"]
+            for one in content["instances"]
         }
     else:
         orientations = orientation_generator_uniform_around_z(seed=scene._rng)

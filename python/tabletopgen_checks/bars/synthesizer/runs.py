@@ -64,8 +64,8 @@ def placements(binary: Path, target: Path, folder: Path, layouts: int) -> list:
             break
         bundle = folder / f"scene_{seed}"
         runs = runs_of(binary, python, bundle, TEXTS[(seed - FIRST_SEED) % len(TEXTS)], seed)
-        told = ", ".join(f"{run.way} {run.place_s or run.process_s:.2f} s" for run in runs)
-        print(f"[{seed - FIRST_SEED + 1}/{layouts}] {told}", flush=True)
+        shown = ", ".join(f"{run.way} {run.place_s or run.process_s:.2f} s" for run in runs)
+        print(f"[{seed - FIRST_SEED + 1}/{layouts}] {shown}", flush=True)
         found += runs
         asked += [{"bundle": str(bundle), "world_from_object": run.poses} for run in runs]
     for run, findings in zip(found, judged(target / "judges", asked, folder / "layouts.json")):
@@ -127,7 +127,7 @@ def stopped_by_failure(done: Edited):
 
 def poses_of(bundle: Path) -> dict:
     scene = json.loads((bundle / "scene.json").read_text(encoding="utf-8"))
-    return {told["name"]: matrix(told["translation_m"], told["rotation_xyzw"]) for told in scene["instances"]}
+    return {instance["name"]: matrix(instance["translation_m"], instance["rotation_xyzw"]) for instance in scene["instances"]}
 
 
 def matrix(translation_m, rotation_xyzw) -> list:

@@ -49,10 +49,10 @@ def main() -> bool:
         scenes = [read_scene(bundle) for bundle in variants]
         wrong = []
         for scene, bundle in zip(scenes, variants):
-            told = kept_complaints(parent.scene, scene, parent.colors) + complaints(findings, bundle)
+            reasons = kept_complaints(parent.scene, scene, parent.colors) + complaints(findings, bundle)
             moved = findings["bundles"][str(bundle.resolve())]["mjcf"]["facts"].get("unstable", {})
-            told += [f"MuJoCo: {name} moves by {mm} mm and {deg} degrees" for name, (mm, deg) in moved.items()]
-            wrong += [(bundle.name, words) for words in told]
+            reasons += [f"MuJoCo: {name} moves by {mm} mm and {deg} degrees" for name, (mm, deg) in moved.items()]
+            wrong += [(bundle.name, words) for words in reasons]
         failed += [(parent.name, *one) for one in wrong]
         stated = [one for one in relations(parent.scene) if is_met(parent.scene, *one)]
         checked += len(stated) * len(scenes)
@@ -60,7 +60,7 @@ def main() -> bool:
         found = diversity(parent.scene, scenes)
         for axis, value in found.items():
             axes.setdefault(axis, []).append(value)
-        left = sum(told["sentence"].startswith("left ") for one in scenes for told in one.scene["edit"]["operations"])
+        left = sum(operation["sentence"].startswith("left ") for one in scenes for operation in one.scene["edit"]["operations"])
         rows.append([parent.name, len(parent.scene.bodies), len(stated), len(scenes), len({n for n, _ in wrong}), left,
                      f"{found['nearest pair, mm']:.0f}"])
         print(f"{parent.name}: {len(scenes)} variants, {len(wrong)} complaints", flush=True)
@@ -104,9 +104,9 @@ def parents(given) -> list:
 def stated_colors(scene) -> dict:
     """The color that the text states, by object."""
     found = {}
-    for told in (scene.scene.get("text") or {}).get("understood", ()):
-        if told["kind"] == "property" and told["property"] == "color":
-            found |= {name: told["value"] for name in told["objects"]}
+    for part in (scene.scene.get("text") or {}).get("understood", ()):
+        if part["kind"] == "property" and part["property"] == "color":
+            found |= {name: part["value"] for name in part["objects"]}
     return found
 
 
@@ -117,8 +117,8 @@ def made_variants(binary: Path, parent, count: int, seed: int, folder: Path) -> 
                    "--out", str(folder), "--json"])
     bundles = sorted(folder.glob("variant_*"))
     if len(bundles) != count:
-        told = json.dumps(done.document)[-500:] if done.document else ""
-        raise Problem(f"{len(bundles)} of {count} variants of {parent.name} were made: {done.errors} {told}")
+        printed = json.dumps(done.document)[-500:] if done.document else ""
+        raise Problem(f"{len(bundles)} of {count} variants of {parent.name} were made: {done.errors} {printed}")
     return bundles
 
 

@@ -81,8 +81,8 @@ def color(scene: Scene, name: str) -> tuple:
 
 def light(scene: Scene) -> tuple:
     """Toward the key light; above the front edge where the scene has the usual one."""
-    told = scene.scene.get("light") or {"azimuth_rad": 0.0, "elevation_rad": 1.0}
-    azimuth, elevation = told["azimuth_rad"], told["elevation_rad"]
+    light = scene.scene.get("light") or {"azimuth_rad": 0.0, "elevation_rad": 1.0}
+    azimuth, elevation = light["azimuth_rad"], light["elevation_rad"]
     return math.sin(azimuth) * math.cos(elevation), -math.cos(azimuth) * math.cos(elevation), math.sin(elevation)
 
 

@@ -37,14 +37,14 @@ def complaints(parent: Scene, variant: Scene, colors: dict) -> list:
 def relations(scene: Scene) -> list:
     """(kind, object, target, second target) of every relation that the text states."""
     found = []
-    for told in (scene.scene.get("text") or {}).get("understood", ()):
-        if told["kind"] != "relation" or told["relation"] in SUPPORTS + UNMEASURED:
+    for part in (scene.scene.get("text") or {}).get("understood", ()):
+        if part["kind"] != "relation" or part["relation"] in SUPPORTS + UNMEASURED:
             continue
-        targets = [name for name in told["targets"] if name in scene.bodies]
+        targets = [name for name in part["targets"] if name in scene.bodies]
         target = targets[0] if targets else None
-        second = targets[1] if told["relation"] == "between" and len(targets) > 1 else None
+        second = targets[1] if part["relation"] == "between" and len(targets) > 1 else None
         if len(targets) <= (2 if second else 1):
-            found += [(told["relation"], name, target, second) for name in told["objects"] if name in scene.bodies]
+            found += [(part["relation"], name, target, second) for name in part["objects"] if name in scene.bodies]
     return found
 
 
