@@ -9,7 +9,7 @@ PROGRAM = re.compile(r"^\s+Running (?:unittests )?\S+ \((?:.*[/\\])?([^/\\]+?)(?
 DOCUMENTATION = re.compile(r"^\s+Doc-tests (\S+)$")
 RESULT = re.compile(r"^test result: (?:ok|FAILED)\. (\d+) passed; (\d+) failed; (\d+) ignored;")
 FAILING = re.compile(r"^    (\S.*)$")
-# In the middle of a line where the program broke off in the middle of one.
+# Within a line where the program ended within one.
 RERUN = re.compile(r"error: (?:test|doctest) failed, to rerun pass `(.+)`$")
 NAMED = 20
 

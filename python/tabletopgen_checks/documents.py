@@ -6,7 +6,7 @@ A fence that begins with ```sh or ```python runs; `sh exit=1` ends with that cod
 of the fence before; a line `...` in it stands for any lines. Documents of a group run one after the other in one shell and one
 folder, so that a later one may use the scenes and variables of an earlier one. `localhost:8080` is the server.
 
-A fence without a language that looks like commands is listed in LEFT_OUT with the reason why it does not run.
+A fence of commands without a language is listed in LEFT_OUT with the reason why it does not run.
 """
 
 import argparse
@@ -83,7 +83,7 @@ class Fence:
     def place(self) -> str:
         return f"{self.document}:{self.line}"
 
-    def looks_like_commands(self) -> bool:
+    def has_commands(self) -> bool:
         return any(COMMAND.match(line) for line in self.text.split("\n"))
 
 
@@ -110,7 +110,7 @@ def complaints(every: list, left_out: dict) -> list:
     found, seen = [], set()
     for fence in every:
         seen.add((fence.document, fence.first))
-        if fence.language == "" and fence.looks_like_commands():
+        if fence.language == "" and fence.has_commands():
             if (fence.document, fence.first) not in left_out:
                 found.append(f"{fence.place}: begin the fence with ```sh so that it runs, or list it in LEFT_OUT: {fence.first}")
     unused = [key for key in left_out if key not in seen]
@@ -153,7 +153,7 @@ def same(expected: str, found: str) -> bool:
 
 def run(every: list, program: Path, work: Path) -> float:
     """Runs the fences of a group in a folder; the CPU seconds of the commands."""
-    home, outputs = work / "home", work / "told"
+    home, outputs = work / "home", work / "outputs"
     for folder in (home / "target/release", home / "bin", outputs):
         folder.mkdir(parents=True)
     for name in ("tabletopgen", "tabletopgen-lab"):

@@ -1,4 +1,4 @@
-"""Fuzzes each parser of bytes that somebody else wrote (fuzz/), one after the other; writes docs/results/fuzz.md.
+"""Fuzzes each parser of foreign bytes (fuzz/), one after the other; writes docs/results/fuzz.md.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.fuzz [--target-dir target] [--seconds 600] [--only glb,images] [--build-only]
 
@@ -174,12 +174,12 @@ def write(work: Path):
 
 `make fuzz` on {time.strftime('%Y-%m-%d', time.gmtime())}, {machine()}, one process at a time, each at the commit of its row.
 
-Each parser of bytes that somebody else wrote, under libFuzzer with overflow checks and assertions on. A run may take
+Each parser of foreign bytes, under libFuzzer with overflow checks and assertions on. A run may take
 {TIMEOUT_SECS} seconds, the process {RSS_LIMIT_MB} MB and one allocation {MALLOC_LIMIT_MB} MB; inputs have up to {MAX_LEN} bytes. Edges
 are those reached, in the whole program; before that, those of the files that a target begins with.
 
 """
-    # What was found in earlier runs and is replayed by tests is told by hand.
+    # Findings of earlier runs, which tests replay, are listed by hand.
     kept = earlier[earlier.index("\n## ") :] if "\n## " in earlier else "\n"
     cells = {cell[0]: cell for cell in table_cells(earlier)} | {row["target"]: list(row.values()) for row in rows}
     path.write_text(body + table(list(rows[0]), list(cells.values())) + "\n" + kept, encoding="utf-8")

@@ -207,7 +207,7 @@ def cargo_test(*arguments, more=None, shown=True) -> str:
     # Without an adapter the tests of the GPU kernels fail instead of passing by doing nothing.
     environment = {"TABLETOPGEN_GPU_TESTS": os.environ.get("TABLETOPGEN_GPU_TESTS", "require"), **(more or {})}
     command = [CARGO, "test", "--locked", *arguments]
-    # In one stream, so that it can be told which program a failing test is of.
+    # In one stream, so that the program of a failing test is known.
     code, lines = streamed(command, environment, errors=subprocess.STDOUT, shown=shown)
     if not shown:
         sys.stdout.write("".join(lines))

@@ -23,11 +23,11 @@ from tabletopgen_checks.repository import ROOT
 
 SEEDS = 3
 AT_A_TIME = 60
-# Round things by their diameter in meters: what a container gets, and a tray carries.
+# Round objects by their diameter in meters: what a container gets, and a tray carries.
 CONTENTS = (("an apple", 0.085), ("an egg", 0.06), ("a walnut", 0.042), ("a coin", 0.028))
 # What is longer than its container is deep.
 LONG = "three paintbrushes"
-# Containers that are deeper and narrower than this hold long things, meters.
+# Containers that are deeper and narrower than this hold long objects, meters.
 DEEP_M, WIDE_M = 0.07, 0.16
 # What lies on a plate.
 MEALS = ("meal", "dish", "food")
@@ -84,7 +84,7 @@ def texts(known: list) -> list:
     """(name, part, text)."""
     asked = [(one["name"], "alone", an(one["label"])) for one in known]
     for one in known:
-        label, size_m = an(one["label"]), middle(one)
+        label, size_m = an(one["label"]), mean_size_m(one)
         across_m = min(size_m[:2])
         if "container" in one["affordances"]:
             asked.append((one["name"], "in", f"{label} with {content(0.55 * across_m)} in it"))
@@ -97,7 +97,7 @@ def texts(known: list) -> list:
     return asked
 
 
-def middle(one) -> list:
+def mean_size_m(one) -> list:
     size = one["size"]
     return [0.5 * (low + high) for low, high in zip(size["low_m"], size["high_m"])]
 

@@ -34,7 +34,7 @@ TSC = ("--noEmit", "--strict", "--target", "es2022", "--module", "nodenext", "--
 FUZZ_SECONDS = 1800
 # tests/contract/hooks.py has an instruction for it.
 SCENE = "a mug and a book"
-# Nobody waits for scenes or for events of scenes, of which there are thousands.
+# Scenes and their events, of which there are thousands, are not waited for.
 QUICK = ("server.max_wait_secs=1", "server.max_event_stream_secs=1", "store.fsync=false")
 # A page of results wants at least so many examples an operation.
 FULL_EXAMPLES = 100
@@ -65,7 +65,7 @@ def main() -> bool:
             report = fuzz(python, folder, server, images, scene, given.examples, given.seed)
             alive = server.request("GET", "/healthz")[0] == 200
         finally:
-            # Thousands of scenes may be waiting, which nobody wants.
+            # Thousands of scenes that are not needed may be waiting.
             server.kill()
     held = alive and not report["failures"] and not report["errors"] and report["complete"]
     body = page(report, client, typescript, given)

@@ -110,7 +110,7 @@ def measured(binary, environment, parents, asked, folder) -> list:
 
 
 def simulate(environment, waiting):
-    """Five seconds of MuJoCo, with the displacement of the certificate; Manifold and FCL look for collisions. A bundle
+    """Five seconds of MuJoCo, with the displacement of the certificate; Manifold and FCL search for collisions. A bundle
     with nothing wrong is removed."""
     if not waiting:
         return

@@ -262,7 +262,7 @@ def nested_and_honest(server: Server, scene: str):
 
 def small_server(binary: Path, folder: Path, rows: list, silent: socket.socket) -> bool:
     """A thousand clients that do not read against 64 slots. Those that have just connected keep their slot for a moment, so
-    some honest requests are told to come back."""
+    some honest requests are asked to come back."""
     (folder / "small").mkdir()
     sets = settings(silent, max_connections=64)
     with Server(binary, folder / "small", folder / "log_small", arguments=sets) as server:

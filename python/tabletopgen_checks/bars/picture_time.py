@@ -1,4 +1,4 @@
-"""A picture with ten objects: how long `generate --image` takes from an empty data directory, and where the time goes.
+"""An image with ten objects: how long `generate --image` takes from an empty data directory, and where the time goes.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.picture_time [--target-dir target] [--runs 5]
 """
@@ -15,35 +15,35 @@ from tabletopgen_checks.scene.generation import generate
 
 BAR_SECONDS = 10.0
 OBJECTS, LONGER_PX = 10, 2300
-#: Painted pictures that are looked through for one in which so many objects are read, and most that it may show.
-LOOKED_THROUGH, MOST_OBJECTS = 300, 13
+#: Synthetic images that are searched for one in which so many objects are read, and the most that it may show.
+SEARCHED, MOST_OBJECTS = 300, 13
 
 
 def main() -> bool:
     given = arguments(__doc__, runs=5)
     small, large = given.work / "picture_time" / "small", given.work / "picture_time" / "large"
-    paint(given.binary, small, 0, LOOKED_THROUGH, 64)
+    synthesize(given.binary, small, 0, SEARCHED, 64)
     truths = [json.loads(path.read_text("utf-8")) for path in sorted(small.glob("validation/*/truth.json"))]
     def has_room(t):
         return t["table"]["is_whole"] and t["width_px"] * 3 == t["height_px"] * 4
     fitting = [t for t in truths if OBJECTS <= len(t["objects"]) <= MOST_OBJECTS and has_room(t)]
     runs = []
     for truth in fitting:
-        paint(given.binary, large, truth["number"], 1, LONGER_PX)
-        picture = large / "validation" / f"{truth['number']:06}" / "image.jpg"
+        synthesize(given.binary, large, truth["number"], 1, LONGER_PX)
+        image = large / "validation" / f"{truth['number']:06}" / "image.jpg"
         try:
-            # The network may refuse one or find few things in it.
-            first = generate(given.binary, given.work / "picture_time" / "scene", picture, seed=1)
+            # The network may refuse one or find few objects in it.
+            first = generate(given.binary, given.work / "picture_time" / "scene", image, seed=1)
         except Problem as problem:
-            print(f"picture {truth['number']}: {problem}", flush=True)
+            print(f"image {truth['number']}: {problem}", flush=True)
             continue
         read = len(json.loads((first.folder / "scene.json").read_text("utf-8"))["instances"])
-        print(f"picture {truth['number']}: {read} things read, {first.seconds:.1f} s", flush=True)
+        print(f"image {truth['number']}: {read} objects read, {first.seconds:.1f} s", flush=True)
         if read >= OBJECTS:
-            runs = [generate(given.binary, first.folder, picture, seed=1) for _ in range(given.runs)]
+            runs = [generate(given.binary, first.folder, image, seed=1) for _ in range(given.runs)]
             break
     if not runs:
-        raise Problem(f"in none of {len(fitting)} pictures were {OBJECTS} objects read")
+        raise Problem(f"in none of {len(fitting)} images were {OBJECTS} objects read")
     seconds = sorted(made.seconds for made in runs)
     median = statistics.median(seconds)
     rows = []
@@ -53,19 +53,20 @@ def main() -> bool:
     body = (
         f"Median {median:.2f} s over {len(runs)} runs (fastest {seconds[0]:.2f} s, slowest {seconds[-1]:.2f} s), whole process, "
         f"from an empty data directory; the bar is {BAR_SECONDS:.0f} s on two cores.\n\n"
-        f"Picture {truth['number']} of the painter's validation split, {LONGER_PX} pixels wide, {len(truth['objects'])} objects; {read} "
-        f"things were read in it.\n\n" + table(["stage", "works on", "wall ms, median", "wall ms, range"], rows)
+        f"Image {truth['number']} of the validation split of synthetic images, {LONGER_PX} pixels wide, "
+        f"{len(truth['objects'])} objects; {read} objects were read in it.\n\n"
+        + table(["stage", "works on", "wall ms, median", "wall ms, range"], rows)
     )
-    write("picture_time", "Time of one picture", body)
+    write("picture_time", "Time of one image", body)
     return median <= BAR_SECONDS
 
 
-def paint(binary, folder, first, count, size_px):
+def synthesize(binary, folder, first, count, size_px):
     command = [lab_beside(binary), "synthesize", "--split", "validation", "--first", first, "--count", count]
     command += ["--size-px", size_px, "--out", folder]
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
     if done.returncode != 0:
-        raise Problem(f"no picture was painted:\n{done.stderr.strip()[-2000:]}")
+        raise Problem(f"no image was synthesized:\n{done.stderr.strip()[-2000:]}")
 
 
 if __name__ == "__main__":

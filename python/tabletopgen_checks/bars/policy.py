@@ -31,7 +31,7 @@ TRAINED = {"usual": "as usual", "none": "none"}
 NOTES = f"""The task is easy on purpose: one compact object that stands, one grasp and one place of the robot's base in all
 episodes, nothing else on the table; a grasp must be right by 6 mm to each side, and the can may end anywhere on the
 plate. The policy sees joint positions, the opening of the gripper, the tool's pose, and the poses of can and plate
-before the robot moves, not while it does; it is not told the time or the phase.
+before the robot moves, not while it does; it does not see the time or the phase.
 The starts are attempts with the seed {STARTS_SEED}; the robot stands where it stood in training."""
 NOISE = """Training adds noise to what the policy sees, in six copies of each frame beside which the targets stay: to each joint
 a normal deviation of 10 mrad, to the opening one of 0.5 mm. The policy learns to come back by it; the datasets themselves

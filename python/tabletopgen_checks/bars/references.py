@@ -1,9 +1,9 @@
-"""Annotated pictures that nobody here painted: what is found in them, and how like them their scenes are.
+"""Annotated images from elsewhere: what is found in them, and how like them their scenes are.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.references [--target-dir target] [--pictures ../shared/references]
 
-The folder has pictures and an `annotations.json`: by name a file, its width and height, the corners of the table's top
-(`table.top_outline_px`) and the box of every object (`objects[].bbox_px`), pixels. It is no part of the program. A thing counts
+The folder has images and an `annotations.json`: by name a file, its width and height, the corners of the table's top
+(`table.top_outline_px`) and the box of every object (`objects[].bbox_px`), pixels. It is no part of the program. An object counts
 as found where the box of a mask overlaps its box by one half (intersection over union), each for one at most.
 """
 
@@ -30,7 +30,7 @@ def main() -> bool:
     given = arguments(__doc__, pictures=ROOT.parent / "shared" / "references")
     listed = given.pictures / "annotations.json"
     if not listed.is_file():
-        raise Problem(f"there are no annotated pictures: {listed} is missing; name their folder with --pictures")
+        raise Problem(f"there are no annotated images: {listed} is missing; name their folder with --pictures")
     environment = given.target_dir / "judges"
     finish_setup(start_setup(environment))
     seen = [
@@ -38,7 +38,7 @@ def main() -> bool:
     ]
     def total(what):
         return sum(getattr(one, what) for one in seen)
-    recall, precision = total("found") / total("things"), total("found") / max(total("read"), 1)
+    recall, precision = total("found") / total("objects"), total("found") / max(total("read"), 1)
     outlines = sum(one.outline >= OUTLINE_OVERLAP for one in seen)
     silhouettes = [overlap for one in seen for overlap in one.silhouettes]
     silhouette = statistics.mean(silhouettes) if silhouettes else 0.0
@@ -47,7 +47,7 @@ def main() -> bool:
         ("Recall at box overlap 0.5", percent(recall), percent(FOUND_BAR, 0), recall >= FOUND_BAR),
         ("Precision", percent(precision), percent(FOUND_BAR, 0), precision >= FOUND_BAR),
         ("Outlines of overlap 0.9", f"{outlines} of {len(seen)}", OUTLINES_BAR, outlines >= OUTLINES_BAR),
-        ("Silhouette overlap of scene and picture, mean over all things read", f"{silhouette:.3f}", SILHOUETTE_BAR,
+        ("Silhouette overlap of scene and image, mean over all objects read", f"{silhouette:.3f}", SILHOUETTE_BAR,
          silhouette >= SILHOUETTE_BAR),
         ("Scenes whose certificate is clean and that every judge accepts", f"{clean} of {len(seen)}", "all", clean == len(seen)),
     ]
@@ -57,19 +57,19 @@ def main() -> bool:
         table(["", "measured", "bar", ""], [[*bar, "holds" if held else "**missed**"] for *bar, held in bars])
         + f"\n\nReconstructed as: {shares}.\n\n"
         + table(
-            ["picture", "things", "found", "read", "outline", "silhouettes", "verdict", "seconds", "wrong"],
+            ["image", "objects", "found", "read", "outline", "silhouettes", "verdict", "seconds", "wrong"],
             [one.row() for one in seen],
         )
     )
-    write("references", "Pictures that nobody here painted", body)
+    write("references", "Annotated images", body)
     return all(held for *_, held in bars)
 
 
 class Seen:
-    """A picture, its annotations and the scene that was made of it."""
+    """An image, its annotations and the scene that was made of it."""
 
     def __init__(self, name, known, given, environment):
-        self.name, self.things = name, len(known["objects"])
+        self.name, self.objects = name, len(known["objects"])
         self.found = self.read = 0
         self.outline, self.silhouettes, self.methods = 0.0, [], Counter()
         self.verdict, self.seconds, self.wrong = "-", "-", []
@@ -83,7 +83,7 @@ class Seen:
         self.seconds = f"{made.seconds:.1f}"
         masks = json.loads((folder / "artifacts/segment/masks.json").read_text("utf-8"))
         boxes = [box for mask in masks if (box := box_of(mask["visible"]))]
-        self.read, self.found = len(boxes), matched([thing["bbox_px"] for thing in known["objects"]], boxes)
+        self.read, self.found = len(boxes), matched([known_object["bbox_px"] for known_object in known["objects"]], boxes)
         scene, report = (json.loads((folder / file).read_text("utf-8")) for file in ("scene.json", "report.json"))
         top = [projected(scene["camera"], corner) for corner in scene["table"]["outline_m"]]
         self.outline = overlap_of_outlines(known["table"]["top_outline_px"], top, known["height"])
@@ -97,7 +97,7 @@ class Seen:
     def row(self):
         silhouette = f"{statistics.mean(self.silhouettes):.3f}" if self.silhouettes else "-"
         reasons = "; ".join(self.wrong[:3])
-        return [self.name, self.things, self.found, self.read, f"{self.outline:.3f}", silhouette, self.verdict, self.seconds, reasons]
+        return [self.name, self.objects, self.found, self.read, f"{self.outline:.3f}", silhouette, self.verdict, self.seconds, reasons]
 
 
 def box_of(visible):

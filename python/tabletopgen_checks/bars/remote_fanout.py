@@ -1,10 +1,10 @@
-"""Two scenes of twelve things at the same time, from models that take two seconds a call: how long, against the longest chain of
+"""Two scenes of twelve objects at the same time, from models that take two seconds a call: how long, against the longest chain of
 calls of one.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.remote_fanout [--target-dir target]
 
-A scene waits for fourteen calls one after the other: describe, paint, recognize, measure, stacking, two looks of the segmenter,
-then a redrawn thing, its mesh, two looks at how that stands, the view from above, the look at that, and the boxes on it. Things are
+A scene waits for fourteen calls one after the other: describe, draw, recognize, measure, stacking, two calls of the segmenter,
+then a redrawn object, its mesh, two checks of how that stands, the view from above, the check of that, and the boxes on it. Objects are
 redrawn and made side by side. The chain is those fourteen calls and the computation of one scene alone, which is measured
 with models that answer at once.
 """
@@ -19,7 +19,7 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.service.mock_vendors import MockVendors
 from tabletopgen_checks.service.server import Server
 
-TEXT, SEED, THINGS = "a dinner table with four plates, four forks and four glasses", 11, 12
+TEXT, SEED, OBJECTS = "a dinner table with four plates, four forks and four glasses", 11, 12
 CALLS_IN_A_ROW, LATENCY_MS, JOBS = 14, 2000, 2
 JOB_SECONDS, MOST = 1200, 3.0
 
@@ -35,7 +35,7 @@ def main() -> bool:
     ratio = together / chain
     columns = ["computation of one, s", "calls of one", "its chain, s", f"{JOBS} at the same time, s", "of the chain"]
     body = (
-        f"{THINGS} things, {CALLS_IN_A_ROW} calls in a row of {LATENCY_MS / 1000:.0f} s; at most {MOST:.0f} times the chain is "
+        f"{OBJECTS} objects, {CALLS_IN_A_ROW} calls in a row of {LATENCY_MS / 1000:.0f} s; at most {MOST:.0f} times the chain is "
         f"promised.\n\n" + table(columns, [[f"{alone:.1f}", calls, f"{chain:.1f}", f"{together:.1f}", f"{ratio:.2f}"]])
     )
     body += f"\n\nScene (seeds {SEED} and on): {TEXT}"

@@ -26,7 +26,7 @@ from tabletopgen_checks.repository import lab_beside
 FIRST_BAR = 0.995
 # A generated scene may take this many times the median of those with as many objects.
 SLOW = 3.0
-# What is told of one entry that fails.
+# Reasons that are listed of one entry that fails.
 FEW = 4
 
 
@@ -196,7 +196,7 @@ def tasks(lab, maker, count) -> Part:
         f"{len(scenes)} of {len(every)} instructions of `tests/words/tasks.jsonl` become scenes; of the others the "
         "start is that of the description.\n\n"
         + table(
-            ["kind", "tasks", "start before the goal", "goal right", "start as told", "unaccounted words"],
+            ["kind", "tasks", "start before the goal", "goal right", "start as stated", "unaccounted words"],
             [[kind, *map(c.__getitem__, ("texts", "before", "goal", "scene", "silent"))] for kind, c in rows.items()],
         )
     )

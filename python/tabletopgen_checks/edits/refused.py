@@ -1,6 +1,6 @@
 """Edits that must be refused, each with words that the reason has to contain.
 
-Every one is impossible for a reason that is certain without a search: nobody has to trust the search for these.
+Every one is impossible for a reason that is certain without a search: these need no trust in the search.
 """
 
 from collections import defaultdict

@@ -12,7 +12,7 @@ position embeddings least of all: a model of zeros and ones agrees with many wro
         <model>.<rows>x<columns>.input        bytes b of the input tensor b / 64 - 2, channels first
         <model>.<rows>x<columns>.class_token  the class token after the final layer norm
         <model>.<rows>x<columns>.positions    position embeddings of the patches, interpolated
-        picture.<n>.rgba  picture.<n>.pixels  a picture; the same cropped, squared, resized and normalized
+        picture.<n>.rgba  picture.<n>.pixels  an image; the same cropped, squared, resized and normalized
 """
 
 import json
@@ -65,7 +65,7 @@ def randomize(model):
 
 
 def squared(rgba):
-    """Channels first, 0..255: the opaque part on the mean color, in the middle of a square."""
+    """Channels first, 0..255: the opaque part on the mean color, centered in a square."""
     height, width, _ = rgba.shape
     color, alpha = rgba[..., :3].permute(2, 0, 1).float(), rgba[..., 3].float() / 255
     opaque = (rgba[..., 3] >= 128).nonzero()

@@ -71,7 +71,7 @@ def sentence(k: int, words: dict) -> Sentence:
 
 
 class Clauses:
-    """A sentence as it grows. A category is named in one clause only, so that nobody can mistake which is meant."""
+    """A sentence as it grows. A category is named in one clause only, so that every reference is clear."""
 
     def __init__(self, words):
         self.words, self.clauses, self.counts = words, [], {}

@@ -90,11 +90,11 @@ class Clauses:
             self.clauses.append(self.noun(category, number, colored=True))
 
     def inside(self, left):
-        forms = ["{host} with {things} in it", "{things} in {host}", "{host} containing {things}"]
+        forms = ["{host} with {objects} in it", "{objects} in {host}", "{host} containing {objects}"]
         self.hosted(left, self.family.inside, "in", forms)
 
     def upon(self, left):
-        forms = ["{host} with {things} on it", "{things} on {host}"]
+        forms = ["{host} with {objects} on it", "{objects} on {host}"]
         self.hosted(left, self.family.upon, "on", forms)
 
     def hosted(self, left, pairs, relation, forms):
@@ -102,7 +102,7 @@ class Clauses:
         if left < 2 or {host, category} & self.used:
             return
         number = self.chance.randint(1, min(most, left - 1))
-        nouns = {"host": self.noun(host, 1), "things": self.noun(category, number)}
+        nouns = {"host": self.noun(host, 1), "objects": self.noun(category, number)}
         self.clauses.append(self.chance.choice(forms).format(**nouns))
         self.relate(relation, category, host)
 

@@ -193,8 +193,8 @@ def lines(bodies, across, along) -> list:
 def is_circle(bodies) -> bool:
     if len(bodies) < 3:
         return False
-    middle = [sum(body.center[k] for body in bodies) / len(bodies) for k in (0, 1)]
-    radii = [math.hypot(body.center[0] - middle[0], body.center[1] - middle[1]) for body in bodies]
+    center = [sum(body.center[k] for body in bodies) / len(bodies) for k in (0, 1)]
+    radii = [math.hypot(body.center[0] - center[0], body.center[1] - center[1]) for body in bodies]
     return min(radii) > 0.02 and max(radii) - min(radii) <= ROUND * max(radii)
 
 

@@ -17,7 +17,7 @@ SAMPLE = 100
 LEAST = {
     "names that are exact": EXACT_BAR,
     "names that are exact or marked stand-ins": SENSIBLE_BAR,
-    "names that are no other thing": 1 - WRONG_BAR,
+    "names that are no other object": 1 - WRONG_BAR,
     "sentences understood": SENTENCES_BAR,
     "instructions whose start is before the goal": START_BAR,
     "instructions with the right goal": GOAL_BAR,
@@ -78,7 +78,7 @@ def summary(lab: Path) -> Summary:
     shares = {
         "names that are exact": kinds.count("exact") / len(kinds),
         "names that are exact or marked stand-ins": (kinds.count("exact") + kinds.count("stand-in")) / len(kinds),
-        "names that are no other thing": 1 - kinds.count("wrong") / len(kinds),
+        "names that are no other object": 1 - kinds.count("wrong") / len(kinds),
         "sentences understood": understood / len(sentences),
         "instructions whose start is before the goal": before / len(tasks),
         "instructions with the right goal": right / len(tasks),

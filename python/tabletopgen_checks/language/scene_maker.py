@@ -140,7 +140,7 @@ class SceneMaker:
             "hulls": {name: [body.outline()] for name, body in scene.bodies.items()},
         }
         self.keep(wanted, record)
-        # A bundle with nothing to look into is not needed any more, and a thousand would fill the disk.
+        # A bundle with nothing wrong is not needed any more, and a thousand would fill the disk.
         if record["verdict"] == "pass":
             shutil.rmtree(out, ignore_errors=True)
         return record

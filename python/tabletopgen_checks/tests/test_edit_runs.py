@@ -43,13 +43,13 @@ class Refusals(unittest.TestCase):
 # Stands in for the program: labels are changed, a label "never" is refused, and everything else is left undone.
 PROGRAM = """#!{python}
 import json, pathlib, shutil, sys
-told = dict(zip(sys.argv[2::2], sys.argv[3::2]))
-operations = json.load(open(told["--operations"]))
-out = pathlib.Path(told["--out"])
+given = dict(zip(sys.argv[2::2], sys.argv[3::2]))
+operations = json.load(open(given["--operations"]))
+out = pathlib.Path(given["--out"])
 if any(one.get("label") == "never" for one in operations):
     print(json.dumps({{"failure": {{"kind": "no_room", "message": "the table is full", "exit_code": 5}}}}))
     sys.exit(5)
-shutil.copytree(told["--bundle"], out)
+shutil.copytree(given["--bundle"], out)
 scene, report = (json.loads((out / name).read_text()) for name in ("scene.json", "report.json"))
 scene["request"]["input"] = {{"kind": "edit", "parent": scene["id"], "operations": operations}}
 for one in operations:

@@ -12,8 +12,8 @@ def entity(name, *relations, size=(0.1, 0.1, 0.1), **more):
     """An object of a description; a relation is (kind, target, second target, distance in m), the end left out."""
     stated = []
     for relation in relations:
-        told = dict(zip(("kind", "target", "second_target", "distance_m"), relation))
-        stated.append({key: value for key, value in told.items() if value is not None})
+        entry = dict(zip(("kind", "target", "second_target", "distance_m"), relation))
+        stated.append({key: value for key, value in entry.items() if value is not None})
     category = name.rsplit("_", 1)[0]
     return {"id": name, "label": category, "category": category, "size_m": list(size), "requested": True, "seed": 1,
             "relations": stated, **more}
@@ -205,8 +205,8 @@ class Account(unittest.TestCase):
 
 
 def predicate(kind, object, target=None, second=None):
-    told = {"predicate": kind, "object": object, "target": target, "second_target": second}
-    return {key: value for key, value in told.items() if value is not None}
+    entry = {"predicate": kind, "object": object, "target": target, "second_target": second}
+    return {key: value for key, value in entry.items() if value is not None}
 
 
 # (what, objects, expected goal, a right goal, a wrong goal)

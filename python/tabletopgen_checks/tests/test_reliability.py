@@ -109,7 +109,7 @@ class Statements(unittest.TestCase):
         self.assertEqual(connection.execute("SELECT data FROM events").fetchone(), ('{"scene_id":"new"}',))
 
 
-class Pictures(unittest.TestCase):
+class Plots(unittest.TestCase):
     def test_a_picture_is_well_formed(self):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "plot.svg"

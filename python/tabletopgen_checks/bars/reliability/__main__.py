@@ -72,7 +72,7 @@ def main() -> bool:
     if unknown := [name for name in chosen if name not in PARTS]:
         raise Problem(f"there is no part {', '.join(unknown)}; parts are {', '.join(PARTS)}")
     command = command_of(sys.argv[1:])
-    # What was started is stopped also where somebody ends this program.
+    # What was started is stopped also where this program is ended.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     held, failed = True, []
     with Bench(given) as bench:
@@ -101,7 +101,7 @@ def main() -> bool:
 
 
 def command_of(words: list) -> str:
-    """Without what only says where things are on this machine."""
+    """Without the options that only name places of this machine."""
     pairs = list(zip(words[::2], words[1::2]))
     options = " ".join(
         f"{name} {value}" for name, value in pairs if name not in ("--target-dir", "--program", "--keep")
@@ -123,7 +123,7 @@ def keep(name, found, command, seconds):
         "held": found.held,
         "full": found.full,
         "words": found.words,
-        "pictures": found.pictures,
+        "plots": found.plots,
     }
     RESULTS.mkdir(parents=True, exist_ok=True)
     KEPT.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
@@ -151,7 +151,7 @@ def page_of(known: dict) -> str:
         made = f"`{part['command']}` at commit {part['commit']} on {part['day']}, {part['machine']}"
         made += f", {part['minutes']} min."
         pieces += [f"## {title}", made, table(part["columns"], part["rows"]), part["words"]]
-        pieces += [f"![{title}]({picture})" for picture in part["pictures"]]
+        pieces += [f"![{title}]({plot})" for plot in part["plots"]]
     return "\n\n".join(piece for piece in pieces if piece) + "\n"
 
 

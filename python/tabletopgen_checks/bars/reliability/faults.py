@@ -127,7 +127,7 @@ def measure(bench) -> Finding:
 
 
 def disturbed(bench, service, digests, how: str, fault) -> tuple:
-    """Submits scenes, lets `fault()` happen while they are made and more are asked for, and looks at what came of
+    """Submits scenes, lets `fault()` happen while they are made and more are asked for, and checks what came of
     all.
     """
     audit.install(service)

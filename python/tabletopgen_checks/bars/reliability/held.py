@@ -5,7 +5,7 @@ import contextlib
 from tabletopgen_checks.bars.reliability.proxy import Proxy
 from tabletopgen_checks.service.mock_vendors import MockVendors
 
-# However long an answer takes, nobody gives it up.
+# However long an answer takes, it is waited for.
 PATIENT = {
     "providers.chat.attempt_timeout_secs": "3600",
     "providers.chat.total_timeout_secs": "7200",

@@ -1,7 +1,7 @@
 """A network between workers and the services they use, that can be cut.
 
 As root: a network namespace for the workers and one veth link for each service; a cut takes the link down, so that
-packets vanish and nobody is told, as with a broken cable. Otherwise: a TCP proxy on loopback that passes nothing on
+packets vanish without an error, as with a broken cable. Otherwise: a TCP proxy on loopback that passes nothing on
 while it is cut."""
 
 import contextlib

@@ -13,8 +13,8 @@ class Finding:
     words: str = ""
     # Whether it was measured with as many cases as the promise names.
     full: bool = True
-    # Names of pictures in docs/results.
-    pictures: list = field(default_factory=list)
+    # Names of plots in docs/results.
+    plots: list = field(default_factory=list)
 
 
 def yes(held: bool) -> str:

@@ -1,4 +1,4 @@
-"""Lines over time as an SVG picture, without any library."""
+"""Lines over time as an SVG plot, without any library."""
 
 from pathlib import Path
 from xml.sax.saxutils import escape

@@ -1,7 +1,7 @@
 """Half an hour of steady work on both stores: memory, descriptors, write-ahead log and tables stay as they are.
 
 Scenes are submitted one after the other, a few at a time, downloaded and deleted, on both stores at the same time.
-Every few seconds the processes and the database are looked at; a line through the second half of each series has to be
+Every few seconds the processes and the database are measured; a line through the second half of each series has to be
 flat."""
 
 import contextlib
@@ -29,7 +29,7 @@ TABLES = ("scenes", "jobs", "events", "stages", "checkpoints", "artifacts", "bun
 
 
 def measure(bench) -> Finding:
-    rows, held, pictures = [], True, []
+    rows, held, plots = [], True, []
     stores = bench.stores()
     for store, (samples, scenes) in zip(stores, soaked_side_by_side(bench, stores)):
         for name, unit in (
@@ -44,21 +44,21 @@ def measure(bench) -> Finding:
             growth = growth_of(series)
             flat = growth <= FLAT_SHARE
             held &= flat
-            middle, end = series[len(series) // 2][1], series[-1][1]
+            halfway, end = series[len(series) // 2][1], series[-1][1]
             rows.append(
                 [
                     store,
                     name + (f", {unit}" if unit else ""),
                     scenes,
                     f"{series[0][1]:.1f}",
-                    f"{middle:.1f}",
+                    f"{halfway:.1f}",
                     f"{end:.1f}",
                     f"{100 * growth:+.1f} %",
                     "yes" if flat else "NO",
                 ]
             )
             print(rows[-1], flush=True)
-        pictures.append(picture(store, samples, bench.given.soak_minutes, bench.given.page))
+        plots.append(plot_of(store, samples, bench.given.soak_minutes, bench.given.page))
     columns = ["store", "what", "scenes", "at start", "half way", "at the end", "growth of the second half", "flat"]
     words = (
         f"{bench.given.soak_minutes} minutes, both stores at once, {USERS} clients each that submit, wait, download and delete. Growth is "
@@ -71,7 +71,7 @@ def measure(bench) -> Finding:
         held,
         words,
         bench.given.soak_minutes >= PROMISED_MINUTES and len(stores) == 2,
-        [name for name in pictures if name],
+        [name for name in plots if name],
     )
 
 
@@ -167,7 +167,7 @@ def growth_of(series: list) -> float:
     return slope * (half[-1][0] - half[0][0]) / mean_y
 
 
-def picture(store: str, samples: list, minutes: float, page: str) -> str:
+def plot_of(store: str, samples: list, minutes: float, page: str) -> str:
     """Its name in docs/results, where a page is written."""
     if page != "yes":
         return ""
