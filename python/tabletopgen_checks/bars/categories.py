@@ -11,15 +11,14 @@ import json
 import re
 import shutil
 import subprocess
-import tomllib
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 from tabletopgen_checks.bars.page import arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
+from tabletopgen_checks.catalog import entries
 from tabletopgen_checks.problem import Problem
-from tabletopgen_checks.repository import ROOT
 
 SEEDS = 3
 AT_A_TIME = 60
@@ -73,11 +72,8 @@ def main() -> bool:
 
 
 def categories() -> list:
-    found = []
-    for path in sorted((ROOT / "config/catalog").glob("*.toml")):
-        found += tomllib.loads(path.read_text(encoding="utf-8")).get("category", [])
     # A stand-in has no word of its own.
-    return [one for one in found if one["group"] != "stand_in"]
+    return [one for one in entries() if one["group"] != "stand_in"]
 
 
 def texts(known: list) -> list:

@@ -4,7 +4,7 @@ import random
 from collections import Counter
 from dataclasses import dataclass
 
-from tabletopgen_checks.edits.catalog import CATEGORIES
+from tabletopgen_checks.catalog import CATEGORIES
 from tabletopgen_checks.edits.comparison import Operation
 from tabletopgen_checks.edits.operations import PLANS, Planner
 from tabletopgen_checks.edits.refused import REFUSED

@@ -1,7 +1,7 @@
 """Plans operations for a scene. A planner remembers what its operations are about, so that a later one of a chain does
 not undo an earlier one."""
 
-from tabletopgen_checks.edits.catalog import CATEGORIES
+from tabletopgen_checks.catalog import CATEGORIES
 from tabletopgen_checks.edits.comparison import Operation
 from tabletopgen_checks.edits.places import Choices, has_own_label, is_flat, is_upright
 from tabletopgen_checks.scene.scene import TABLE

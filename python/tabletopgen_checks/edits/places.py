@@ -1,6 +1,6 @@
 """Which objects of a scene an edit may be about, the words for them, and places to put them."""
 
-from tabletopgen_checks.edits.catalog import CATEGORIES
+from tabletopgen_checks.catalog import CATEGORIES
 from tabletopgen_checks.scene.polygons import bounds, distance_m, outline_depth_m
 from tabletopgen_checks.scene.relations import DIRECTIONS, REGIONS
 from tabletopgen_checks.scene.scene import TABLE

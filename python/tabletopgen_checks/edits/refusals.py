@@ -2,7 +2,7 @@
 
 import math
 
-from tabletopgen_checks.edits.catalog import CATEGORIES
+from tabletopgen_checks.catalog import CATEGORIES
 from tabletopgen_checks.edits.room import box, free_place, levels_of, obstacles_of, prism, shape_of, top_of
 from tabletopgen_checks.scene.polygons import shifted, turned
 from tabletopgen_checks.scene.relations import NEXT_TO_M, POSITION_TOLERANCE_M, holds

@@ -5,7 +5,7 @@ Every one is impossible for a reason that is certain without a search: these nee
 
 from collections import defaultdict
 
-from tabletopgen_checks.edits.catalog import CATEGORIES
+from tabletopgen_checks.catalog import CATEGORIES
 from tabletopgen_checks.edits.comparison import Operation
 from tabletopgen_checks.edits.places import has_own_label
 from tabletopgen_checks.scene.polygons import area_m2, bounds

@@ -6,7 +6,8 @@ irregular table. A sentence names every object in words of the catalog, so that 
 
 import random
 
-from tabletopgen_checks.language.families import ARTICLES, FAMILIES, catalog_words
+from tabletopgen_checks.catalog import nouns
+from tabletopgen_checks.language.families import ARTICLES, FAMILIES
 from tabletopgen_checks.language.sentences import Sentence
 
 COUNT = 100
@@ -26,7 +27,7 @@ BESIDE = {
 
 def certified_sentences(count: int = COUNT) -> list:
     """The first `count` of them; the whole set is the same whatever is asked for."""
-    words = catalog_words()
+    words = nouns()
     return [sentence(k, words) for k in range(count)]
 
 

@@ -1,9 +1,6 @@
-"""Families of objects that belong together, and the words of the catalog: what sentences are generated from."""
+"""Families of objects that belong together, which sentences are generated from."""
 
-import tomllib
 from dataclasses import dataclass
-
-from tabletopgen_checks.repository import CATALOG
 
 # Articles that do not follow from the first letter.
 ARTICLES = {"hourglass": "an", "utility knife": "a", "pliers": "a pair of"}
@@ -100,13 +97,3 @@ FAMILIES = {
         ],
     ),
 }
-
-
-def catalog_words() -> dict:
-    """Category to (singular, plural)."""
-    words = {}
-    for path in sorted(CATALOG.glob("*.toml")):
-        for category in tomllib.loads(path.read_text(encoding="utf-8")).get("category", []):
-            label = category["label"]
-            words[category["name"]] = (label, category.get("plural", label + "s"))
-    return words

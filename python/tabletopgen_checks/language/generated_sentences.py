@@ -6,7 +6,8 @@ have the format of tests/words/README.md. Categories and their words are those o
 
 import random
 
-from tabletopgen_checks.language.families import ARTICLES, FAMILIES, catalog_words
+from tabletopgen_checks.catalog import nouns
+from tabletopgen_checks.language.families import ARTICLES, FAMILIES
 from tabletopgen_checks.language.sentences import Sentence
 
 SENTENCES = 1000
@@ -48,7 +49,7 @@ SLACK_CM = 2
 
 def generated(count: int = SENTENCES) -> list:
     """The first `count` of them; the whole set is the same whatever is asked for."""
-    words = catalog_words()
+    words = nouns()
     return [sentence(k, words) for k in range(count)]
 
 

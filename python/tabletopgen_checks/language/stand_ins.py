@@ -19,9 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tabletopgen_checks.language.wordnet import Nouns
-from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.repository import CATALOG
 
-CATALOG = ROOT / "config" / "catalog"
 RULES = CATALOG / "stand_in_rules.toml"
 RESULT = CATALOG / "stand_ins.tsv"
 WIDTH = 120
