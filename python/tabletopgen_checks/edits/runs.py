@@ -2,7 +2,6 @@
 
 import json
 import os
-import resource
 import shutil
 import subprocess
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from tabletopgen_checks.edits.comparison import Comparison, complaints
 from tabletopgen_checks.edits.parents import Parent
 from tabletopgen_checks.edits.refusals import place_for
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.processes import run_alone
 from tabletopgen_checks.scene.generation import fingerprint
 from tabletopgen_checks.scene.scene import Scene, read_scene
 
@@ -60,20 +60,17 @@ def edit(
 
 
 def called(command: list) -> Edited:
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     try:
-        run = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S, env=dict(os.environ))
+        run = run_alone(command, TIMEOUT_S, dict(os.environ))
     except subprocess.TimeoutExpired:
         return Edited(-1, {}, f"not done within {TIMEOUT_S} s", 0.0, command)
     except OSError as error:
         raise Problem(f"{command[0]} does not start: {error.strerror}; build it with `make lab`") from error
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    cpu_s = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
     try:
         document = json.loads(run.stdout)
     except ValueError:
         document = {}
-    return Edited(run.returncode, document, run.stderr.strip(), cpu_s, command)
+    return Edited(run.exit_code, document, run.stderr.strip(), run.cpu_s, command)
 
 
 def judged(binary: Path, parent: Parent, case: Case, folder: Path) -> Judged:

@@ -20,19 +20,11 @@ from pathlib import Path
 
 import yaml
 
+from tabletopgen_checks.scene.scene import rotation
+
 # The package states no limits of acceleration and jerk; these are Franka's for the arm.
 MAX_ACCELERATION = [15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0]
 MAX_JERK = [500.0 * acceleration for acceleration in MAX_ACCELERATION]
-
-
-def matrix_of_quaternion(xyzw):
-    length = math.sqrt(sum(part * part for part in xyzw))
-    x, y, z, w = (part / length for part in xyzw)
-    return [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
 
 
 def matrix_of_angles(roll, pitch, yaw):
@@ -119,9 +111,9 @@ def read_obstacles(scene: dict, capsules: bool) -> list:
     obstacles = []
     for entry in scene["world"]["collision_objects"]:
         shape, place = entry["primitives"][0], entry["primitive_poses"][0]
-        pose = matrix_of_quaternion(place["orientation"]), place["position"]
+        pose = rotation(place["orientation"]), place["position"]
         if "pose" in entry:
-            pose = combined((matrix_of_quaternion(entry["pose"]["orientation"]), entry["pose"]["position"]), pose)
+            pose = combined((rotation(entry["pose"]["orientation"]), entry["pose"]["position"]), pose)
         matrix, center = pose
         solid = {"center_m": center, "axes": [[row[k] for row in matrix] for k in range(3)]}
         size = shape["dimensions"]

@@ -20,7 +20,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.problem import Problem, end_of_log
 from tabletopgen_checks.processes import run_beside
 from tabletopgen_checks.virtual_environment import environment_of
 
@@ -173,13 +173,9 @@ class Postgres:
     def version(self) -> str:
         return self.sql("SHOW server_version")[0][0].split()[0]
 
-    def words(self, lines=15) -> str:
+    def words(self) -> str:
         """The end of its log."""
-        try:
-            tail = self.log.read_text(encoding="utf-8", errors="replace").splitlines()[-lines:]
-        except OSError:
-            tail = []
-        return "\n".join(["the last PostgreSQL said:"] + [f"  {line}" for line in tail or ["(nothing)"]])
+        return end_of_log(self.log, "PostgreSQL")
 
     def _identity(self) -> dict:
         if self.user is None:

@@ -16,7 +16,7 @@ import time
 import uuid
 from pathlib import Path
 
-from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.problem import Problem, end_of_log
 
 # A cold start makes the database and checks the catalog; both take well under a second.
 START_SECONDS = 60
@@ -139,13 +139,9 @@ class Server:
     def resume(self):
         os.kill(self.pid, signal.SIGCONT)
 
-    def words(self, lines=15) -> str:
+    def words(self) -> str:
         """The end of its log."""
-        try:
-            tail = self.log.read_text(encoding="utf-8", errors="replace").splitlines()[-lines:]
-        except OSError:
-            tail = []
-        return "\n".join(["the last the server said:"] + [f"  {line}" for line in tail or ["(nothing)"]])
+        return end_of_log(self.log, "the server")
 
     def _check_alive(self, when):
         code = self.process.poll() if self.process is not None else None

@@ -199,9 +199,6 @@ class Service:
         finally:
             connection.close()
 
-    def log_text(self) -> str:
-        return "".join(path.read_text(encoding="utf-8", errors="replace") for path in sorted(self.folder.glob("*.log")))
-
 
 def cores() -> list:
     return sorted(os.sched_getaffinity(0))
