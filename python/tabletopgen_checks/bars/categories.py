@@ -98,8 +98,8 @@ def mean_size_m(one) -> list:
     return [0.5 * (low + high) for low, high in zip(size["low_m"], size["high_m"])]
 
 
-def content(most_m: float) -> str:
-    return next((words for words, across_m in CONTENTS if across_m <= most_m), CONTENTS[-1][0])
+def content(max_m: float) -> str:
+    return next((words for words, across_m in CONTENTS if across_m <= max_m), CONTENTS[-1][0])
 
 
 def an(label: str) -> str:

@@ -19,16 +19,16 @@ from tabletopgen_checks.repository import lab_beside
 
 HEADING = "Picks and places planned"
 BAR = 0.98
-LEAST_SCENES = 30
+MIN_SCENES = 30
 # Picks and places of one scene, and scenes that are measured before they are counted.
-MOST_OF_SCENE, BATCH = 8, 10
+MAX_PER_SCENE, BATCH = 8, 10
 # So many motions may each take ten seconds of other planners, and a few more.
 SCENE_S = 900
 
 
-def plan_scene(lab: Path, bundle: Path, seed: int, most: int, robot: str = "panda") -> list:
+def plan_scene(lab: Path, bundle: Path, seed: int, max_problems: int, robot: str = "panda") -> list:
     """The lines that `tabletopgen-lab pick-place` prints of one scene."""
-    words = ["pick-place", "--bundle", bundle, "--robot", robot, "--seed", seed, "--max-problems", most]
+    words = ["pick-place", "--bundle", bundle, "--robot", robot, "--seed", seed, "--max-problems", max_problems]
     command = [str(lab), *map(str, words)]
     ran = run_alone(command, SCENE_S, {"RAYON_NUM_THREADS": "1", "PATH": "/usr/bin:/bin"})
     if ran.exit_code != 0:
@@ -65,7 +65,7 @@ def measure(bench, sentences: list, wanted: int) -> tuple:
             sentence = sentences[number]
             bundle = bench.scene(f"scene_{number:03}", sentence.text, sentence.seed)
             bench.expect_time()
-            lines = plan_scene(lab, bundle, number, MOST_OF_SCENE)
+            lines = plan_scene(lab, bundle, number, MAX_PER_SCENE)
             written = path.with_suffix(".part")
             written.write_text(json.dumps(lines), encoding="utf-8")
             written.rename(path)
@@ -74,7 +74,7 @@ def measure(bench, sentences: list, wanted: int) -> tuple:
         return [{"outcome": f"{len(motions)} motions, {missed} missed", "scene": number, "lines": lines}]
 
     scenes, numbers = [], iter(range(len(sentences)))
-    while len(scenes) < LEAST_SCENES or len(pairs(scenes)) < wanted:
+    while len(scenes) < MIN_SCENES or len(pairs(scenes)) < wanted:
         batch = [number for number, _ in zip(numbers, range(BATCH))]
         found = [record for records in bench.each("picks and places of scene", batch, work) for record in records]
         scenes += [record for record in found if "lines" in record]
@@ -95,7 +95,7 @@ def pairs(scenes: list) -> dict:
 def summary(scenes: list, wanted: int) -> tuple:
     """Bars and text. Where fewer than `wanted` picks and places were measured the bar does not hold, whatever their share."""
     both = pairs(scenes)
-    is_enough = len(both) >= wanted and len(scenes) >= LEAST_SCENES
+    is_enough = len(both) >= wanted and len(scenes) >= MIN_SCENES
     groups = {
         "empty hand, to the grasp": [[m] for motions in both.values() for m in motions if m["kind"] == "transit"],
         "with the object, to its place": [[m] for motions in both.values() for m in motions if m["kind"] == "carry"],
@@ -126,7 +126,7 @@ def summary(scenes: list, wanted: int) -> tuple:
         table(columns, rows),
     ]
     if not is_enough:
-        text.insert(0, f"Too few for the bar, which wants {wanted} in {LEAST_SCENES} scenes.")
+        text.insert(0, f"Too few for the bar, which wants {wanted} in {MIN_SCENES} scenes.")
     reasons = Counter(line["no_problem"] for scene in scenes for line in scene["lines"] if "no_problem" in line)
     if reasons:
         listed = ", ".join(f"{reason} {count}" for reason, count in reasons.most_common())

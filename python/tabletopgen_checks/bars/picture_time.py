@@ -16,7 +16,7 @@ from tabletopgen_checks.scene.generation import generate
 BAR_SECONDS = 10.0
 OBJECTS, LONGER_PX = 10, 2300
 #: Synthetic images that are searched for one in which so many objects are read, and the most that it may show.
-SEARCHED, MOST_OBJECTS = 300, 13
+SEARCHED, MAX_OBJECTS = 300, 13
 
 
 def main() -> bool:
@@ -26,7 +26,7 @@ def main() -> bool:
     truths = [json.loads(path.read_text("utf-8")) for path in sorted(small.glob("validation/*/truth.json"))]
     def has_room(t):
         return t["table"]["is_whole"] and t["width_px"] * 3 == t["height_px"] * 4
-    fitting = [t for t in truths if OBJECTS <= len(t["objects"]) <= MOST_OBJECTS and has_room(t)]
+    fitting = [t for t in truths if OBJECTS <= len(t["objects"]) <= MAX_OBJECTS and has_room(t)]
     runs = []
     for truth in fitting:
         synthesize(given.binary, large, truth["number"], 1, LONGER_PX)

@@ -57,7 +57,7 @@ def main() -> bool:
         write_section("policy", "--only images", IMAGES, from_images(given, torch, mujoco, scene, execution, starts))
         return True
     rows, costs, share = [], [], {}
-    for randomize, told_as in TRAINED.items():
+    for randomize, shown_as in TRAINED.items():
         dataset = recorded(given, scene, folder / f"{randomize}_{given.count}", TRAINING_SEED, given.count, randomize)
         weights = folder / f"{randomize}_{given.count}.npz"
         cost = trained_on(given, torch, dataset, execution, weights)
@@ -65,9 +65,9 @@ def main() -> bool:
         own = rolled_out(given, mujoco, scene, execution, dataset, weights, "--only", 1)[0]["outcome"]
         share[randomize] = sum(one == "success" for one in outcomes(found)) / len(found)
         kinds = Counter(one for one in outcomes(found) if one != "success").most_common()
-        rows.append([told_as, given.count, cost["different"], f"{100 * share[randomize]:.0f} % of {len(found)}",
+        rows.append([shown_as, given.count, cost["different"], f"{100 * share[randomize]:.0f} % of {len(found)}",
                      ", ".join(f"{times} {kind}" for kind, times in kinds) or "none", own])
-        costs.append([told_as, cost["frames"], cost["parameters"], f"{cost['loss']:.4f}", f"{cost['loss_held_out']:.4f}",
+        costs.append([shown_as, cost["frames"], cost["parameters"], f"{cost['loss']:.4f}", f"{cost['loss_held_out']:.4f}",
                       f"{1e3 * cost['error_rad']:.1f}", f"{cost['cpu_s']:.0f}"])
     holds = share["usual"] >= BAR
     body = [

@@ -24,7 +24,7 @@ TEXT, SEED = "an apple on a plate and a fork beside it", 7
 JOB_SECONDS = 600
 # As slow as a quick model, so that most kills fall into calls.
 LATENCY_MS = 150
-MOST_KILLS_OF_A_SCENE = 4
+MAX_KILLS_PER_SCENE = 4
 
 
 def main() -> bool:
@@ -40,7 +40,7 @@ def main() -> bool:
         print(f"undisturbed: {took:.1f} s, billed for {sum(once.values())} questions", flush=True)
         kills, twice, unknown, faults, scenes = 0, 0, 0, [], 0
         while kills < given.kills:
-            planned = min(draw.randint(1, MOST_KILLS_OF_A_SCENE), given.kills - kills)
+            planned = min(draw.randint(1, MAX_KILLS_PER_SCENE), given.kills - kills)
             # What was done before a kill is found after it, so less time is left.
             moments = [draw.uniform(0.0, took / (1 + k)) for k in range(planned)]
             scene = Scene(given.binary, folder, providers)

@@ -43,7 +43,7 @@ READ_ONE_IN = 30
 # A task that takes longer than this to execute is given up.
 EXECUTE_S = 600
 # Scenes have at least so many objects.
-LEAST_OBJECTS = 3
+MIN_OBJECTS = 3
 # 6 is a task that was attempted and failed, 2 one that is refused.
 ATTEMPTED = (0, 6)
 KITCHEN = "A kitchen table with a cucumber, a bowl, a carrot, a salt shaker and a cutting board"
@@ -250,7 +250,7 @@ def bar_table(bars: list) -> str:
 
 
 def scene_sentences() -> list:
-    return [one for one in generated() if one.objects >= LEAST_OBJECTS]
+    return [one for one in generated() if one.objects >= MIN_OBJECTS]
 
 
 def share(what: str, found: int, total: int, bar: float) -> tuple:

@@ -56,7 +56,7 @@ class Part:
         self.page = f"## {title}\n\n{body}" + (f"\n\nWhat fails:\n\n{reasons}" if failures else "")
 
 
-def least(what, found, total, bar) -> tuple:
+def at_least(what, found, total, bar) -> tuple:
     """The bar of a share that has to be reached; of nothing, nothing is reached."""
     share = found / total if total else 0.0
     return what, f"{percent(share)} of {total}", f"{100 * bar:g} %", share >= bar
@@ -83,8 +83,8 @@ def names(lab) -> Part:
     ]
     sensible, wrong = total["exact"] + total["stand-in"], total["wrong"] / len(every)
     bars = [
-        least("Names, exact", total["exact"], len(every), EXACT_BAR),
-        least("Names, exact or marked stand-in", sensible, len(every), SENSIBLE_BAR),
+        at_least("Names, exact", total["exact"], len(every), EXACT_BAR),
+        at_least("Names, exact or marked stand-in", sensible, len(every), SENSIBLE_BAR),
         ("Names, wrong", f"{percent(wrong)} of {len(every)}", f"at most {100 * WRONG_BAR:g} %", wrong <= WRONG_BAR),
         none("Names, silent", total["silent"]),
     ]
@@ -122,8 +122,8 @@ def sentences(lab, maker, count) -> Part:
             failures.append((f"{entry['id']}, {entry['text']!r}", "; ".join(reasons)))
     total = rows["all"] = rows.pop("all")
     bars = [
-        least("Sentences understood", total["parsed"], len(every), SENTENCES_BAR),
-        least("Sentences that hold in the finished scene", total["held"], total["scenes"], SENTENCES_BAR),
+        at_least("Sentences understood", total["parsed"], len(every), SENTENCES_BAR),
+        at_least("Sentences that hold in the finished scene", total["held"], total["scenes"], SENTENCES_BAR),
         none("Sentences that do not hold and report nothing", total["quiet"]),
         none("Unaccounted words of sentences", total["silent"]),
     ]
@@ -188,8 +188,8 @@ def tasks(lab, maker, count) -> Part:
             failures.append((f"{entry['id']}, {entry['text']!r}", "; ".join(reasons)))
     total = rows["all"] = rows.pop("all")
     bars = [
-        least("Tasks whose start does not satisfy the goal", total["before"], len(every), START_BAR),
-        least("Tasks with the right goal", total["goal"], len(every), GOAL_BAR),
+        at_least("Tasks whose start does not satisfy the goal", total["before"], len(every), START_BAR),
+        at_least("Tasks with the right goal", total["goal"], len(every), GOAL_BAR),
         none("Unaccounted words of tasks", total["silent"]),
     ]
     body = (
@@ -240,7 +240,7 @@ def generated_scenes(lab, maker, count) -> Part:
         if reasons:
             failures.append((f"{text.name} (seed {text.seed}), {text.text!r}", "; ".join(reasons)))
     bars = [
-        least("Generated sentences, certified at the first attempt", total["certified"], tried, FIRST_BAR),
+        at_least("Generated sentences, certified at the first attempt", total["certified"], tried, FIRST_BAR),
         none("Generated scenes over three times the median time", len(slow)),
     ]
     rows = [

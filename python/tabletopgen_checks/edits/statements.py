@@ -217,7 +217,7 @@ def recolored(operation, index, context) -> list:
             wrong.append(f"the size or the label of {body.name} changed")
         same_substance = before.mass_kg == body.mass_kg and before.friction == body.friction
         # Categories with a density of their own keep it, and two substances may have one friction: then it shows.
-        if material and same_substance and not looks_other(context, before, body):
+        if material and same_substance and not has_other_color(context, before, body):
             wrong.append(f"mass and friction of {body.name} are those of before, not those of {material}")
         if not material and not same_substance:
             wrong.append(f"mass or friction of {body.name} changed with its color")
@@ -232,7 +232,7 @@ def known_name(body: Body, context: Context) -> str:
     return next((name for name, other in context.bodies.items() if other is body), body.name)
 
 
-def looks_other(context: Context, before: Body, after: Body) -> bool:
+def has_other_color(context: Context, before: Body, after: Body) -> bool:
     """Whether the largest part of a body has another color than before; without files it has not."""
     if context.parent.folder is None or context.child.folder is None:
         return False

@@ -4,7 +4,7 @@
     PYTHONPATH=python:training golden/bin/python -m tabletopgen_checks.golden.table_network
 
 Run by hand, when the form of the golden files or of the network changes; no test needs it. In evaluation mode, in float32 on
-the CPU. Nothing is left at its initial value, running means and deviations least of all.
+the CPU. Nothing is left at its initial value, nor are running means and deviations.
 
     weights.safetensors   as training/train.py writes them
     golden.safetensors

@@ -45,8 +45,8 @@ def sentence(k: int, words: dict) -> Sentence:
     if stacked:
         for category in chance.sample(sorted(family.piles), 2):
             made.pile(category, chance.randint(2, family.piles[category]))
-        host, category, most = chance.choice(family.inside)
-        made.host(host, category, most, "in", chance)
+        host, category, max_count = chance.choice(family.inside)
+        made.host(host, category, max_count, "in", chance)
     else:
         kinds = chance.sample(["in", "on", "beside", "pile"], 3 if crowded else 2)
         for kind in kinds:
@@ -56,8 +56,8 @@ def sentence(k: int, words: dict) -> Sentence:
             elif kind == "beside":
                 made.beside(*chance.choice(family.beside))
             else:
-                host, category, most = chance.choice(family.inside if kind == "in" else family.upon)
-                made.host(host, category, most, kind, chance)
+                host, category, max_count = chance.choice(family.inside if kind == "in" else family.upon)
+                made.host(host, category, max_count, kind, chance)
     wanted = chance.randint(max(lowest, made.objects() + 1), highest)
     categories = sorted(family.objects)
     chance.shuffle(categories)
@@ -102,9 +102,9 @@ class Clauses:
             self.expectation["arrangements"].append({"kind": "stack", "category": category, "count": number})
             self.clauses.append(f"a stack of {NUMBERS[number]} {self.words[category][1]}")
 
-    def host(self, host, category, most, where, chance):
+    def host(self, host, category, max_count, where, chance):
         if self.fresh(host, category):
-            number = chance.randint(1, most)
+            number = chance.randint(1, max_count)
             self.expect(host, 1)
             self.expect(category, number)
             self.relate(where, category, host)

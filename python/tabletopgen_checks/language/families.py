@@ -13,12 +13,12 @@ class Family:
     tables: list
     # The same with a shape before the last word.
     shaped: str
-    # Objects that may stand anywhere, with the most there are of each.
+    # Objects that may stand anywhere, with the largest number of each.
     objects: dict
-    # (host, what goes in or on it, the most of those); there is one host.
+    # (host, what goes in or on it, the largest number of those); there is one host.
     inside: list
     upon: list
-    # Objects of which several make a stack, with the most.
+    # Objects of which several make a stack, with the largest number.
     piles: dict
     # (object, relation, target): all one each.
     beside: list

@@ -11,7 +11,7 @@ from tabletopgen_checks.language.families import ARTICLES, FAMILIES
 from tabletopgen_checks.language.sentences import Sentence
 
 SENTENCES = 1000
-MOST_OBJECTS = 12
+MAX_OBJECTS = 12
 
 NUMBERS = ["no", "one", "two", "three", "four", "five", "six", "seven", "eight"]
 TABLES = {
@@ -56,7 +56,7 @@ def generated(count: int = SENTENCES) -> list:
 def sentence(k: int, words: dict) -> Sentence:
     chance = random.Random(f"generated sentence {k}")
     family = list(FAMILIES)[k % len(FAMILIES)]
-    clauses = Clauses(FAMILIES[family], words, chance, wanted=1 + k % MOST_OBJECTS)
+    clauses = Clauses(FAMILIES[family], words, chance, wanted=1 + k % MAX_OBJECTS)
     text = written(clauses.clauses, chance.choice(TABLES[family]), chance)
     expectation = {"id": f"generated_{k:04}", "kind": "generated", "text": text, **clauses.expectation, "closed": True}
     return Sentence(f"generated_{k:04}", chance.randrange(2**32), text, expectation)
@@ -99,10 +99,10 @@ class Clauses:
         self.hosted(left, self.family.upon, "on", forms)
 
     def hosted(self, left, pairs, relation, forms):
-        host, category, most = self.chance.choice(pairs)
+        host, category, max_count = self.chance.choice(pairs)
         if left < 2 or {host, category} & self.used:
             return
-        number = self.chance.randint(1, min(most, left - 1))
+        number = self.chance.randint(1, min(max_count, left - 1))
         nouns = {"host": self.noun(host, 1), "objects": self.noun(category, number)}
         self.clauses.append(self.chance.choice(forms).format(**nouns))
         self.relate(relation, category, host)

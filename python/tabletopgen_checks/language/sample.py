@@ -14,7 +14,7 @@ from tabletopgen_checks.problem import Problem
 
 # Parsing takes milliseconds a text.
 SAMPLE = 100
-LEAST = {
+MIN_SHARES = {
     "names that are exact": EXACT_BAR,
     "names that are exact or marked stand-ins": SENSIBLE_BAR,
     "names that are no other object": 1 - WRONG_BAR,
@@ -31,7 +31,7 @@ FEW = 30
 
 @dataclass
 class Summary:
-    # Share by line of LEAST.
+    # Share by line of MIN_SHARES.
     shares: dict
     # Words that are neither used nor reported, with their text.
     unaccounted: list
@@ -41,8 +41,8 @@ class Summary:
 
     def complaint(self) -> str:
         # A share of 98 of 100 reaches a bar of 0.98, whatever their difference is in floating point.
-        below = [f"{what}: {100 * self.shares[what]:.1f} %, not {100 * least:g} %"
-                 for what, least in LEAST.items() if self.shares[what] < least - 1e-9]
+        below = [f"{what}: {100 * self.shares[what]:.1f} %, not {100 * min_share:g} %"
+                 for what, min_share in MIN_SHARES.items() if self.shares[what] < min_share - 1e-9]
         below += [f"no account of {', '.join(self.unaccounted[:10])}"] if self.unaccounted else []
         return "; ".join(below + self.scenes)
 

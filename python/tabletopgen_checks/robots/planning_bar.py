@@ -11,7 +11,7 @@ g++, cargo and pip. The bar:
 - in each set the median times of planning, and of planning and simplification, are not above those of VAMP,
 - the sum of the path lengths in each set is at most 1.05 of VAMP's.
 
-It exits with 1 if the bar is missed. A time is the least of all repeats of all rounds; the rounds alternate.
+It exits with 1 if the bar is missed. A time is the shortest of all repeats of all rounds; the rounds alternate.
 """
 
 import argparse

@@ -276,7 +276,7 @@ class Appearance(unittest.TestCase):
         self.assertNotEqual(self.found(wire, mass_kg=0.3), [])
         self.assertNotEqual(self.found(wire, translation_m=[-0.3, 1e-9, 0.0]), [])
 
-    def test_the_table_has_its_new_look_and_its_old_size(self):
+    def test_the_table_has_its_new_appearance_and_its_old_size(self):
         self.assertEqual(self.found({"op": "restyle_table", "material": "oak"}), [])
         self.assertNotEqual(self.found({"op": "restyle_table", "material": "marble"}), [])
         self.assertEqual(self.found({"op": "restyle_table", "color": "brown"}), [])

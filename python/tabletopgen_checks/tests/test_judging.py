@@ -28,7 +28,7 @@ class Merged(unittest.TestCase):
         self.assertFalse(found["accepted"])
         self.assertEqual(list(found["bundles"]), ["a", "b"])
 
-    def test_what_was_left_out_is_told(self):
+    def test_what_was_left_out_is_listed(self):
         found = merged([findings("a", left_out=["bullet"]), findings("b")], 0.95)
         self.assertEqual(found["left_out"], {"bullet": "no packages"})
 

@@ -83,7 +83,7 @@ class Relations(unittest.TestCase):
         self.assertEqual([item.pose for item in found.objects], ["upright", "lying_on_side", "upside_down"])
         self.assertAlmostEqual(found.objects[0].yaw_deg, 30.0)
 
-    def test_missing_objects_are_told(self):
+    def test_missing_objects_are_listed(self):
         whole = scene(body(A, 0, 0), body(B, 0.3, 0))
         whole.bodies.pop(B)
         self.assertEqual(whole.differences(), ["plate_1 is not in the scene"])

@@ -3,7 +3,7 @@
 import unittest
 
 from tabletopgen_checks.bars.page import with_section
-from tabletopgen_checks.bars.pick_place import LEAST_SCENES, summary
+from tabletopgen_checks.bars.pick_place import MIN_SCENES, summary
 
 
 def motion(problem, kind, **changed):
@@ -19,7 +19,7 @@ def both(problem, **changed):
 
 
 def found(lines, wanted=1):
-    scenes = [{"scene": 7, "lines": lines}] + [{"scene": 8 + k, "lines": []} for k in range(LEAST_SCENES - 1)]
+    scenes = [{"scene": 7, "lines": lines}] + [{"scene": 8 + k, "lines": []} for k in range(MIN_SCENES - 1)]
     [(_, value, _, holds)], text = summary(scenes, wanted)
     return value, holds, text
 

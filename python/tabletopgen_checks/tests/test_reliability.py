@@ -46,7 +46,7 @@ class Complaints(unittest.TestCase):
         ]
         self.assertEqual(complaints(events), [])
 
-    def test_repetition_double_commit_and_loss_are_told_apart(self):
+    def test_repetition_double_commit_and_loss_are_distinguished(self):
         events = [
             event(1, "stage_started", "place"),
             event(2, "stage_finished", "place", cached=False),
@@ -110,7 +110,7 @@ class Statements(unittest.TestCase):
 
 
 class Plots(unittest.TestCase):
-    def test_a_picture_is_well_formed(self):
+    def test_a_plot_is_well_formed(self):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "plot.svg"
             plot.draw(

@@ -120,8 +120,8 @@ class Page(unittest.TestCase):
             self.assertIn(f"- {name}, tower: cube_5 moves 270.00 mm and turns 90.00 degrees", text)
         readme = (ROOT / "crates/export/src/readme_template.md").read_text(encoding="utf-8")
         sections = {part.split("\n")[0].split(" (")[0]: part for part in readme.split("\n## ")[1:]}
-        told_by = {heading for heading, part in sections.items() if "Rest is not promised" in " ".join(part.split())}
-        self.assertEqual(told_by, {one["heading"] for one in why_not.values()})
+        stated_by = {heading for heading, part in sections.items() if "Rest is not promised" in " ".join(part.split())}
+        self.assertEqual(stated_by, {one["heading"] for one in why_not.values()})
 
     def test_findings_are_kept_for_as_long_as_the_program_is_the_same(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -150,7 +150,7 @@ class Categories(unittest.TestCase):
         self.assertEqual(len(alone), len(set(alone)))
         self.assertEqual(len(alone), 469)
 
-    def test_containers_get_what_fits_and_long_things(self):
+    def test_containers_get_what_fits_and_long_objects(self):
         asked = {(name, part): text for name, part, text in categories.texts(categories.categories())}
         self.assertEqual(asked["bowl", "in"], "a bowl with an apple in it")
         self.assertEqual(asked["jar", "long"], "a jar with three paintbrushes in it")

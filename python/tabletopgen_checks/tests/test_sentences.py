@@ -22,15 +22,15 @@ class Sentences(unittest.TestCase):
     def test_a_scene_as_asked_for_has_none(self):
         self.assertEqual(self.complaints(MUG, PLATE, UPPER), [])
 
-    def test_too_little_and_too_much_are_told(self):
+    def test_too_little_and_too_much_are_complaints(self):
         self.assertIn("1 plate instead of 2", self.complaints(MUG, PLATE))
         self.assertEqual(self.complaints(MUG, PLATE, UPPER, body("fork_1", 0.0, 0.2)), ["fork_1 is not asked for"])
 
-    def test_another_place_and_a_stack_that_is_none_are_told(self):
+    def test_another_place_and_a_stack_that_is_none_are_complaints(self):
         self.assertEqual(self.complaints(body("mug_1", 0.4, 0.0), PLATE, UPPER), ["mug left_of plate: holds for 0 of 1"])
         self.assertEqual(self.complaints(MUG, PLATE, body("plate_2", 0.4, 0.2)), ["no stack of plate"])
 
-    def test_another_table_is_told(self):
+    def test_another_table_is_a_complaint(self):
         self.assertEqual(self.complaints(MUG, PLATE, UPPER, shape="round"), ["a round table instead of a rectangular one"])
 
     def test_counts_of_a_table_of_sentences_are_expectations(self):

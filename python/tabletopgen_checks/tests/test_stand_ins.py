@@ -84,10 +84,10 @@ class OfSmallWordNet(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "no noun sense of WordNet"):
                 self.nouns.synset(name)
 
-    def test_levels_hold_each_meaning_once_at_its_least_distance(self):
+    def test_levels_hold_each_meaning_once_at_its_smallest_distance(self):
         self.assertEqual(self.nouns.levels(80), ({80}, {70, 30}, {20}, {10}))
 
-    def test_the_most_frequent_meaning_counts(self):
+    def test_the_meaning_of_highest_frequency_counts(self):
         self.assertEqual(self.of["mug"], ("cup", "mug"))
 
     def test_among_equally_frequent_meanings_an_object_comes_first_and_a_plant_last(self):

@@ -6,7 +6,7 @@ import unittest
 from pathlib import Path
 
 from tabletopgen_checks.language import words
-from tabletopgen_checks.language.generated_sentences import MOST_OBJECTS, generated
+from tabletopgen_checks.language.generated_sentences import MAX_OBJECTS, generated
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.tests.test_expectations import entity, predicate, span
 
@@ -90,7 +90,7 @@ class Tables(unittest.TestCase):
 class Generated(unittest.TestCase):
     def test_sentences_count_what_they_name(self):
         every = generated(300)
-        self.assertEqual({s.objects for s in every}, set(range(1, MOST_OBJECTS + 1)))
+        self.assertEqual({s.objects for s in every}, set(range(1, MAX_OBJECTS + 1)))
         for one in every:
             self.assertEqual(sum(entry["count"] for entry in one.expectation["objects"]), one.objects)
             names = [entry["category"] for entry in one.expectation["objects"]]

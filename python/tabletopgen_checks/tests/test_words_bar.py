@@ -35,12 +35,12 @@ class Slow(unittest.TestCase):
 
 class Shares(unittest.TestCase):
     def test_shares_reach_their_bar_or_not(self):
-        self.assertEqual(bar.least("x", 92, 100, 0.92), ("x", "92.0 % of 100", "92 %", True))
-        self.assertEqual(bar.least("x", 91, 100, 0.92)[3], False)
-        self.assertEqual(bar.least("x", 995, 1000, 0.995)[2:], ("99.5 %", True))
+        self.assertEqual(bar.at_least("x", 92, 100, 0.92), ("x", "92.0 % of 100", "92 %", True))
+        self.assertEqual(bar.at_least("x", 91, 100, 0.92)[3], False)
+        self.assertEqual(bar.at_least("x", 995, 1000, 0.995)[2:], ("99.5 %", True))
 
     def test_of_nothing_no_share_is_reached(self):
-        self.assertEqual(bar.least("x", 0, 0, 0.92)[3], False)
+        self.assertEqual(bar.at_least("x", 0, 0, 0.92)[3], False)
 
 
 if __name__ == "__main__":

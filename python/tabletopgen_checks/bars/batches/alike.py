@@ -15,7 +15,7 @@ def read(path: Path) -> dict:
 
 
 def nearest_mm(scenes: list) -> float:
-    """The least distance of two scenes of one text: the mean distance between the places of the objects of the same name,
+    """The smallest distance of two scenes of one text: the mean distance between the places of the objects of the same name,
     in millimeters. Scenes with different objects are not compared."""
     groups = defaultdict(list)
     for scene in scenes:

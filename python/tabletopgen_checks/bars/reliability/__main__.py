@@ -140,7 +140,7 @@ def page_of(known: dict) -> str:
     pieces = [
         "# Reliability",
         "Written by `make bars BARS=reliability`; each section names its command and commit. Scenes are of one or two "
-        "objects, with previews of the least size but in the part about cores. On PostgreSQL blobs are in S3, a private "
+        "objects, with previews of the smallest size but in the part about cores. On PostgreSQL blobs are in S3, a private "
         "`moto` server; on SQLite they are files.",
         table(["part", "result", "measured with"], rows),
     ]

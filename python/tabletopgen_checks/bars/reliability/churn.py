@@ -18,7 +18,7 @@ SWEPT_SOON = {
     "store.retention.deleted_hours": "0",
 }
 # What may be left: a database keeps pages for later use.
-MOST_LEFT_MB = 8
+MAX_LEFT_MB = 8
 
 
 def measure(bench) -> Finding:
@@ -29,15 +29,15 @@ def measure(bench) -> Finding:
             # The first scenes also make tables, logs and pages that stay; the comparison begins after them.
             create_and_delete(service, 0, AT_ONCE)
             before = usage(service, swept=True)
-            most, scenes = before, 0
+            peak, scenes = before, 0
             while scenes < bench.given.churn:
                 count = min(AT_ONCE, bench.given.churn - scenes)
                 full = create_and_delete(service, AT_ONCE + scenes, count)
-                most = [max(a, b) for a, b in zip(most, full)]
+                peak = [max(a, b) for a, b in zip(peak, full)]
                 scenes += count
             after = usage(service, swept=True)
-        rows.append([store, scenes, *(shown(part) for part in zip(before, most, after))])
-        held &= after[0] <= before[0] and after[1] <= before[1] + MOST_LEFT_MB and after[2] <= before[2]
+        rows.append([store, scenes, *(shown(part) for part in zip(before, peak, after))])
+        held &= after[0] <= before[0] and after[1] <= before[1] + MAX_LEFT_MB and after[2] <= before[2]
         print(rows[-1], flush=True)
     columns = ["store", "scenes", "blobs, MB", "database, MB", "files or objects"]
     words = "Each cell: before, the most meanwhile, after the last was deleted and swept."

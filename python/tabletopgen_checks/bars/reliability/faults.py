@@ -32,7 +32,7 @@ SCENES = 6
 PROMISED_OUTAGE_SECONDS = 60
 ASK_SECONDS = 0.5
 # A request that waits longer than this for its refusal is not clear.
-MOST_ANSWER_SECONDS = 30
+MAX_ANSWER_SECONDS = 30
 SMALL_DISK_MB = 96
 CLEAR = (503, 507)
 
@@ -76,7 +76,7 @@ class Asking(threading.Thread):
         """Status, 0 where there is none, and content."""
         began = time.monotonic()
         try:
-            status, _, content = self.api.request(*request, timeout=2 * MOST_ANSWER_SECONDS)
+            status, _, content = self.api.request(*request, timeout=2 * MAX_ANSWER_SECONDS)
         except Problem:
             status, content = 0, b"{}"
         self.asked.longest_seconds = max(self.asked.longest_seconds, time.monotonic() - began)
@@ -84,7 +84,7 @@ class Asking(threading.Thread):
 
     def finish(self) -> Asked:
         self.over.set()
-        self.join(4 * MOST_ANSWER_SECONDS)
+        self.join(4 * MAX_ANSWER_SECONDS)
         return self.asked
 
 
@@ -163,7 +163,7 @@ def disturbed(bench, service, digests, how: str, fault) -> tuple:
         wrong.append("restart: a process ended")
     unclear = [status for status in asked.statuses if status not in (202, *CLEAR)]
     wrong += [f"unclear: a POST was answered with {status or 'nothing'}" for status in unclear]
-    if asked.longest_seconds > MOST_ANSWER_SECONDS:
+    if asked.longest_seconds > MAX_ANSWER_SECONDS:
         wrong.append(f"unclear: a POST waited {asked.longest_seconds:.0f} s for its answer")
     counts = tally(wrong)
     answers = ", ".join(f"{status}: {count}" for status, count in sorted(asked.statuses.items()))

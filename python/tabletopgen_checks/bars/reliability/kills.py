@@ -39,7 +39,7 @@ SHARE_UNDER_LOAD = 0.3
 JOBS_UNDER_LOAD, KILLS_OF_A_JOB = 16, 4
 SHARE_OF_BOUNDARIES = 0.6
 PROMISED = 500
-MOST_LATER_SECONDS = 5
+MAX_LATER_SECONDS = 5
 
 
 @dataclass
@@ -95,7 +95,7 @@ def measure(bench) -> Finding:
     late = False
     if seconds := reclaims.get("postgres"):
         p99 = quantile(seconds, 0.99)
-        late = p99 > SHORT_LEASE_SECONDS + MOST_LATER_SECONDS
+        late = p99 > SHORT_LEASE_SECONDS + MAX_LATER_SECONDS
         words += (
             f" From the kill of a worker to the next claim of its job, with a lease of {SHORT_LEASE_SECONDS} s: median "
             f"{quantile(seconds, 0.5):.1f} s, p99 {p99:.1f} s of {len(seconds)}."

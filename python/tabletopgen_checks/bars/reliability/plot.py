@@ -26,11 +26,11 @@ def draw(path: Path, title: str, panels: list):
 def panel(top: float, name: str, unit: str, series: list) -> list:
     points = [point for _, line in series for point in line]
     last = max((x for x, _ in points), default=1.0) or 1.0
-    most = max((y for _, y in points), default=1.0) * 1.1 or 1.0
+    highest = max((y for _, y in points), default=1.0) * 1.1 or 1.0
     right, bottom = WIDTH - RIGHT, top + PANEL
 
     def place(x, y):
-        return f"{LEFT + (right - LEFT) * x / last:.1f},{bottom - PANEL * y / most:.1f}"
+        return f"{LEFT + (right - LEFT) * x / last:.1f},{bottom - PANEL * y / highest:.1f}"
 
     lines = [
         f'<rect x="{LEFT}" y="{top}" width="{right - LEFT}" height="{PANEL}" fill="none" stroke="#bbb"/>',
@@ -38,7 +38,7 @@ def panel(top: float, name: str, unit: str, series: list) -> list:
     ]
     for share in (0, 0.5, 1):
         y = bottom - PANEL * share
-        lines.append(f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{shown(most * share)}</text>')
+        lines.append(f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{shown(highest * share)}</text>')
     for share in (0, 0.5, 1):
         x = LEFT + (right - LEFT) * share
         lines.append(f'<text x="{x:.1f}" y="{bottom + 13}" text-anchor="middle">{last * share:.1f} min</text>')

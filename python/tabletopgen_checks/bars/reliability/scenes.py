@@ -12,7 +12,7 @@ from datetime import datetime
 
 from tabletopgen_checks.problem import Problem
 
-# Previews of the least size: they are of no interest here and take half of the time.
+# Previews of the smallest size: they are of no interest here and take half of the time.
 SMALL = {
     "preview.hero_width_px": "64",
     "preview.side_width_px": "64",

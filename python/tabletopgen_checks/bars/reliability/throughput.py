@@ -13,8 +13,8 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.service.mock_vendors import MockVendors
 
 WORKERS = (1, 2, 4, 8)
-PROMISED_SCENES, LEAST_EFFICIENCY = 4, 0.85
-PROMISED_EMBEDDED, LEAST_SPEEDUP = 8, 1.8
+PROMISED_SCENES, MIN_EFFICIENCY = 4, 0.85
+PROMISED_EMBEDDED, MIN_SPEEDUP = 8, 1.8
 ONE_THREAD = {"worker.concurrency": "1", "worker.cpu_threads": "1"}
 # Scenes of each program that runs without a service.
 ALONE = 4
@@ -37,9 +37,9 @@ def measure_vendors(bench) -> Finding:
         print(rows[-1], flush=True)
     columns = ["worker processes", "scenes", "seconds", "scenes per hour", "efficiency"]
     seconds = bench.given.latency_ms / 1000
-    words = f"Every vendor call takes {seconds:.1f} s; at 8 workers {LEAST_EFFICIENCY:.0%} is promised."
+    words = f"Every vendor call takes {seconds:.1f} s; at 8 workers {MIN_EFFICIENCY:.0%} is promised."
     full = counts == list(WORKERS) and bench.given.scenes_each >= PROMISED_SCENES
-    return Finding(columns, rows, efficiency >= LEAST_EFFICIENCY, words, full=full)
+    return Finding(columns, rows, efficiency >= MIN_EFFICIENCY, words, full=full)
 
 
 def rate_of(service, scenes: int, first=0) -> tuple:
@@ -56,7 +56,7 @@ def rate_of(service, scenes: int, first=0) -> tuple:
 
 def measure_cores(bench) -> Finding:
     """Everything that belongs to the service, PostgreSQL and S3 included, on one core with one worker, then on two
-    with two. Scenes have previews of the usual size: of the least size they are made in less than a second, most of
+    with two. Scenes have previews of the usual size: of the smallest size they are made in less than a second, most of
     which PostgreSQL, S3 and the API take.
 
     One is measured before and after two, and the better one counts. What the two cores give to programs that share
@@ -84,10 +84,10 @@ def measure_cores(bench) -> Finding:
     speedup = max(rates[2]) / max(rates[1])
     columns = ["cores", "workers", "scenes", "seconds", "scenes per hour"]
     words = (
-        f"Two workers on two cores are {speedup:.2f} times as fast as one on one; {LEAST_SPEEDUP} is promised. Two "
+        f"Two workers on two cores are {speedup:.2f} times as fast as one on one; {MIN_SPEEDUP} is promised. Two "
         f"programs that share nothing but the machine are {speedup_without_service(bench):.2f} times as fast."
     )
-    return Finding(columns, rows, speedup >= LEAST_SPEEDUP, words, full=bench.given.embedded_each >= PROMISED_EMBEDDED)
+    return Finding(columns, rows, speedup >= MIN_SPEEDUP, words, full=bench.given.embedded_each >= PROMISED_EMBEDDED)
 
 
 def speedup_without_service(bench) -> float:
