@@ -25,7 +25,8 @@ from tabletopgen_checks.edits.operations import PLANS
 from tabletopgen_checks.edits.parents import TEXTS, image_parents, text_parents
 from tabletopgen_checks.edits.refused import REFUSED as REFUSALS
 from tabletopgen_checks.edits.runs import NO_ROOM, OUTCOMES, REFUSED, RIGHT, WRONG, called, edit, judged
-from tabletopgen_checks.judges.judging import complaints, finish_setup, judge, start_setup
+from tabletopgen_checks.edits.simulation import simulate
+from tabletopgen_checks.judges.judging import finish_setup, start_setup
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import lab_beside
 
@@ -107,23 +108,6 @@ def measured(binary, environment, parents, asked, folder) -> list:
             waiting = []
     simulate(environment, waiting)
     return found
-
-
-def simulate(environment, waiting):
-    """Five seconds of MuJoCo, with the displacement of the certificate; Manifold and FCL search for collisions. A bundle
-    with nothing wrong is removed."""
-    if not waiting:
-        return
-    findings = judge(environment, [one.bundle for one in waiting], dss_bar=0.0, only=("mjcf", "collisions"))
-    for one in waiting:
-        wrong, verdicts = complaints(findings, one.bundle), findings["bundles"][str(one.bundle.resolve())]
-        for name, (moved_mm, turned_deg) in verdicts["mjcf"]["facts"].get("unstable", {}).items():
-            wrong.append(f"MuJoCo: {name} moves by {moved_mm} mm and {turned_deg} degrees")
-        if wrong:
-            one.outcome, one.words = WRONG, one.words + wrong
-            print(f"   {one.case.name}: {'; '.join(wrong)}", flush=True)
-        elif one.outcome == RIGHT:
-            shutil.rmtree(one.bundle, ignore_errors=True)
 
 
 def edit_bars(found, edits) -> list:

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from tabletopgen_checks.bars.editing import simulate
 from tabletopgen_checks.edits.cases import cases
 from tabletopgen_checks.edits.parents import text_parents
 from tabletopgen_checks.edits.runs import WRONG, judged
+from tabletopgen_checks.edits.simulation import simulate
 from tabletopgen_checks.problem import Problem
 
 SCENES, EDITS, SEED = 3, 9, 34

@@ -1,6 +1,6 @@
 """Do two builds of tabletopgen write the same bundles? For refactorings, which change no byte but those they name.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.scene.compare_bundles OLD_BINARY NEW_BINARY --work DIR \\
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.compare_bundles OLD_BINARY NEW_BINARY --work DIR \\
         [--renamed picture=image] [--image docs/demo_table.png]
 
 Both binaries make every scene of sentences.toml, and one from an image. Files are equal to the byte, or equal after the
