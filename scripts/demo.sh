@@ -1,5 +1,5 @@
 #!/bin/sh
-# `make demo` where there is no Python: the scenes of demo.py, made by the command line instead of the server.
+# `make demo` where there is no Python: the scenes of tabletopgen_checks.demo, made by the command line instead of the server.
 #
 #     scripts/demo.sh target/release/tabletopgen [out]
 set -eu

@@ -1,7 +1,8 @@
 """`make demo`: a sentence and an image go in, two bundles come out. Standard library only, of Python 3.9 or later;
-demo.sh does the same without a Python and without the server.
+scripts/demo.sh does the same without a Python and without the server.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.demo --binary target/release/tabletopgen [--out out] [--text T] [--image F] [--seed N]
+    PYTHONPATH=python python3 -m tabletopgen_checks.demo --binary target/release/tabletopgen [--out out] [--text T]
+        [--image F] [--seed N]
 
 Starts the server on its embedded defaults (any free port, temporary data), submits both, shows what
 happens, downloads and unpacks both bundles, prints their certificates and stops the server.

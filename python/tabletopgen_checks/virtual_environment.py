@@ -14,7 +14,7 @@ def pins_in(requirements: Path) -> list:
     return [line for line in lines if line and not line.startswith("#")]
 
 
-def environment_of(target: Path, name: str, packages: list | Path) -> Path:
+def environment_of(target: Path, name: str, packages: "list | Path") -> Path:
     """The folder of the environment `name`, made anew where its packages or its Python are others. `packages` are pins, or
     a file of requirements.
     """

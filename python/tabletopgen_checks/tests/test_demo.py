@@ -42,6 +42,10 @@ class OldPython(unittest.TestCase):
     def test_what_the_fuzzer_runs_is_python_3_9(self):
         self.assertEqual(self.modules_of("fuzz"), {"fuzz", "bars.page", "repository"})
 
+    def test_what_the_s3_server_of_the_tests_runs_is_python_3_9(self):
+        needed = {"problem", "processes", "repository", "service.postgres", "service.s3", "virtual_environment"}
+        self.assertEqual(self.modules_of("service.s3"), needed)
+
 
 class Unpacking(unittest.TestCase):
     def test_an_earlier_bundle_is_replaced_and_files_of_others_are_not(self):
