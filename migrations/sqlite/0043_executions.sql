@@ -12,3 +12,5 @@ CREATE TABLE executions (
 ) STRICT, WITHOUT ROWID;
 -- Which executions have ended long ago.
 CREATE INDEX jobs_executed ON jobs (finished_at) WHERE kind = 'execute_task';
+-- Waiting jobs by kind: how many scenes wait.
+CREATE INDEX jobs_waiting ON jobs (kind, tenant_id) WHERE state = 'queued';

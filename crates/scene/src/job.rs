@@ -40,6 +40,11 @@ impl JobKind {
         Self::ExecuteTask,
     ];
 
+    /// Whether the job builds a scene.
+    pub fn builds_scene(self) -> bool {
+        matches!(self, Self::Generate | Self::Retry)
+    }
+
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Generate => "generate",

@@ -1,4 +1,5 @@
-//! The outlook of jobs that have not ended: their places in the queue, and when they are likely to end.
+//! The outlook of jobs of scenes that have not ended: their places in the queue, and when they are likely to end. Jobs of
+//! other kinds have slots of their own and last otherwise; nothing is estimated of them.
 //!
 //! A place counts the queued jobs of the tenant that are claimed before, on the index of its queue; tenants take
 //! turns. The end follows from the mean duration of the tenant's newest jobs that succeeded and the number of its
@@ -54,7 +55,7 @@ impl Store {
     /// The outlook of each of these jobs of a tenant.
     #[boxed]
     pub async fn outlooks(&self, tenant_id: &TenantId, jobs: &[&JobRow]) -> Result<Vec<Outlook>, StoreError> {
-        if jobs.iter().all(|job| job.state.is_final()) {
+        if jobs.iter().all(|job| job.state.is_final() || !job.kind.builds_scene()) {
             return Ok(vec![Outlook::default(); jobs.len()]);
         }
         let read = async {
@@ -109,7 +110,7 @@ impl Paces {
 
 impl Pace {
     fn finish_at_ms(&self, job: &JobRow, queue_position: Option<i64>) -> Option<i64> {
-        let mean_ms = self.mean_ms?;
+        let mean_ms = self.mean_ms.filter(|_| job.kind.builds_scene())?;
         match (job.state, queue_position, job.started_at_ms) {
             (JobState::Queued, Some(place), _) if self.running > 0 => {
                 let wait_ms = mean_ms.saturating_mul(place) / self.running;
@@ -129,10 +130,10 @@ async fn pace(connection: &mut AnyConnection, tenant_id: &TenantId) -> Result<Pa
     let row = sqlx::query(
         "SELECT (SELECT CAST(AVG(finished_at - started_at) AS BIGINT)
                  FROM (SELECT finished_at, started_at FROM jobs
-                       WHERE tenant_id = $1 AND state = 'succeeded'
+                       WHERE tenant_id = $1 AND state = 'succeeded' AND kind IN ('generate', 'retry')
                        ORDER BY id DESC LIMIT $2) AS lately) AS mean_ms,
                 (SELECT COALESCE(CAST(SUM(CASE WHEN tenant_id = $1 THEN 1 ELSE 0 END) AS BIGINT), 0) FROM jobs
-                 WHERE state IN ('running', 'cancelling')) AS running",
+                 WHERE state IN ('running', 'cancelling') AND kind IN ('generate', 'retry')) AS running",
     )
     .bind(tenant_id.as_str())
     .bind(MEASURED_JOBS)
@@ -148,7 +149,8 @@ async fn places<'a>(
     tenant_id: &TenantId,
     jobs: &[&'a JobRow],
 ) -> Result<HashMap<&'a str, i64>, StoreError> {
-    let mut queued: Vec<&JobRow> = jobs.iter().copied().filter(|job| job.state == JobState::Queued).collect();
+    let mut queued: Vec<&JobRow> =
+        jobs.iter().copied().filter(|job| job.state == JobState::Queued && job.kind.builds_scene()).collect();
     queued.sort_unstable_by_key(|job| (job.rank_at_ms, job.id.as_str()));
     queued.dedup_by_key(|job| job.id.as_str());
     if queued.is_empty() {
@@ -162,7 +164,7 @@ async fn places<'a>(
         "WITH page (rank_at, id, last_rank_at, last_id) AS (VALUES {})
          SELECT page.id AS id,
                 (SELECT COUNT(*) FROM jobs
-                 WHERE jobs.tenant_id = $1 AND jobs.state = 'queued'
+                 WHERE jobs.tenant_id = $1 AND jobs.state = 'queued' AND jobs.kind IN ('generate', 'retry')
                    AND COALESCE(jobs.rank_at, jobs.created_at) >= page.last_rank_at
                    AND COALESCE(jobs.rank_at, jobs.created_at) <= page.rank_at
                    AND (COALESCE(jobs.rank_at, jobs.created_at) > page.last_rank_at OR jobs.id > page.last_id)

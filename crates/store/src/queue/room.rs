@@ -1,4 +1,4 @@
-//! Room in the queue: submissions beyond its limits are refused.
+//! Room in the queue: submissions of scenes beyond its limits are refused. Jobs of other kinds do not count.
 //!
 //! Waiting jobs are counted, which takes milliseconds in a long queue, so a count is used for a moment, with the jobs
 //! that this process has added since. Close to a limit every submission counts. Processes that submit at the same time
@@ -54,7 +54,8 @@ impl Room {
             return Ok(Ok(place));
         }
         let (all, own): (i64, i64) = sqlx::query_as(
-            "SELECT COUNT(*), COUNT(CASE WHEN tenant_id = $1 THEN 1 END) FROM jobs WHERE state = 'queued'",
+            "SELECT COUNT(*), COUNT(CASE WHEN tenant_id = $1 THEN 1 END) FROM jobs
+             WHERE state = 'queued' AND kind IN ('generate', 'retry')",
         )
         .bind(tenant_id.as_str())
         .fetch_one(readers)
@@ -71,7 +72,7 @@ impl Room {
         // One job has to leave the queue: the mean interval between the tenant's claims of the last ten minutes.
         let now = readers.now_ms().await?;
         let claims: i64 =
-            sqlx::query_scalar("SELECT COUNT(*) FROM jobs WHERE tenant_id = $1 AND claimed_at > $2")
+            sqlx::query_scalar("SELECT COUNT(*) FROM jobs WHERE tenant_id = $1 AND claimed_at > $2 AND kind IN ('generate', 'retry')")
                 .bind(tenant_id.as_str())
                 .bind(now - WINDOW_SECS * 1000)
                 .fetch_one(readers)
