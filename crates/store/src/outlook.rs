@@ -1,5 +1,5 @@
-//! The outlook of jobs of scenes that have not ended: their places in the queue, and when they are likely to end. Jobs of
-//! other kinds have slots of their own and last otherwise; nothing is estimated of them.
+//! The outlook of jobs of scenes that have not ended: their places in the queue, and when they are likely to end. Jobs
+//! of other kinds have slots of their own and last otherwise; nothing is estimated of them.
 //!
 //! A place counts the queued jobs of the tenant that are claimed before, on the index of its queue; tenants take
 //! turns. The end follows from the mean duration of the tenant's newest jobs that succeeded and the number of its
