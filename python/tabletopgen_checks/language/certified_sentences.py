@@ -7,7 +7,7 @@ irregular table. A sentence names every object in words of the catalog, so that 
 import random
 
 from tabletopgen_checks.catalog import nouns
-from tabletopgen_checks.language.families import ARTICLES, FAMILIES
+from tabletopgen_checks.language.families import FAMILIES, Clauses, article
 from tabletopgen_checks.language.sentences import Sentence
 
 COUNT = 100
@@ -41,12 +41,12 @@ def sentence(k: int, words: dict) -> Sentence:
     if k % 5 == 0:
         word, shape = SHAPES[k // 5 % len(SHAPES)]
         table = family.shaped.format(word)
-    made = Clauses(words)
+    made = ListedClauses(family, words, chance)
     if stacked:
         for category in chance.sample(sorted(family.piles), 2):
             made.pile(category, chance.randint(2, family.piles[category]))
         host, category, max_count = chance.choice(family.inside)
-        made.host(host, category, max_count, "in", chance)
+        made.host(host, category, max_count, "in")
     else:
         kinds = chance.sample(["in", "on", "beside", "pile"], 3 if crowded else 2)
         for kind in kinds:
@@ -57,12 +57,12 @@ def sentence(k: int, words: dict) -> Sentence:
                 made.beside(*chance.choice(family.beside))
             else:
                 host, category, max_count = chance.choice(family.inside if kind == "in" else family.upon)
-                made.host(host, category, max_count, kind, chance)
-    wanted = chance.randint(max(lowest, made.objects() + 1), highest)
+                made.host(host, category, max_count, kind)
+    wanted = chance.randint(max(lowest, made.objects + 1), highest)
     categories = sorted(family.objects)
     chance.shuffle(categories)
     for category in categories:
-        left = wanted - made.objects()
+        left = wanted - made.objects
         if left > 0:
             made.several(category, min(left, chance.randint(1, family.objects[category])))
     chance.shuffle(made.clauses)
@@ -71,47 +71,28 @@ def sentence(k: int, words: dict) -> Sentence:
     return Sentence(f"{name}_{k:02}", FIRST_SEED + k, f"{table} with {listed}", made.expectation)
 
 
-class Clauses:
-    """A sentence as it grows. A category is named in one clause only, so that every reference is clear."""
-
-    def __init__(self, words):
-        self.words, self.clauses, self.counts = words, [], {}
-        self.expectation: dict = {"objects": [], "relations": [], "arrangements": []}
-
-    def objects(self) -> int:
-        return sum(self.counts.values())
-
-    def fresh(self, *categories) -> bool:
-        return not any(category in self.counts for category in categories)
-
-    def expect(self, category, number):
-        self.counts[category] = number
-        self.expectation["objects"].append({"category": category, "count": number})
-
-    def relate(self, relation, category, target):
-        self.expectation["relations"].append({"relation": relation, "object": category, "target": target})
-
+class ListedClauses(Clauses):
     def several(self, category, number):
-        if self.fresh(category):
+        if self.is_fresh(category):
             self.expect(category, number)
             self.clauses.append(self.noun(category, number))
 
     def pile(self, category, number):
-        if self.fresh(category):
+        if self.is_fresh(category):
             self.expect(category, number)
-            self.expectation["arrangements"].append({"kind": "stack", "category": category, "count": number})
+            self.arrange("stack", category, number)
             self.clauses.append(f"a stack of {NUMBERS[number]} {self.words[category][1]}")
 
-    def host(self, host, category, max_count, where, chance):
-        if self.fresh(host, category):
-            number = chance.randint(1, max_count)
+    def host(self, host, category, max_count, where):
+        if self.is_fresh(host, category):
+            number = self.chance.randint(1, max_count)
             self.expect(host, 1)
             self.expect(category, number)
             self.relate(where, category, host)
             self.clauses.append(f"{self.noun(host, 1)} with {self.noun(category, number)} {where} it")
 
     def beside(self, category, place, host):
-        if self.fresh(category, host):
+        if self.is_fresh(category, host):
             self.expect(category, 1)
             self.expect(host, 1)
             self.relate(place, category, host)
@@ -121,5 +102,4 @@ class Clauses:
         one, many = self.words[category]
         if number > 1:
             return f"{NUMBERS[number]} {many}"
-        article = ARTICLES.get(one) or ("an" if one[0].lower() in "aeiou" else "a")
-        return f"{article} {one}"
+        return f"{article(one)} {one}"

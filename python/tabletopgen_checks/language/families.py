@@ -1,4 +1,4 @@
-"""Families of objects that belong together, which sentences are generated from."""
+"""Families of objects that belong together, and the clauses of sentences that are generated from them."""
 
 from dataclasses import dataclass
 
@@ -97,3 +97,38 @@ FAMILIES = {
         ],
     ),
 }
+
+
+class Clauses:
+    """Clauses of a sentence as it grows, with what they ask for in the format of tests/words. A category is in one clause
+    only, so that every reference is clear.
+    """
+
+    def __init__(self, family: Family, words: dict, chance):
+        self.family, self.words, self.chance = family, words, chance
+        self.clauses, self.counts = [], {}
+        self.expectation: dict = {"objects": [], "relations": [], "arrangements": []}
+
+    @property
+    def objects(self) -> int:
+        return sum(self.counts.values())
+
+    def is_fresh(self, *categories) -> bool:
+        return not any(category in self.counts for category in categories)
+
+    def expect(self, category: str, number: int) -> dict:
+        """The entry of the objects, which are counted from here on."""
+        self.counts[category] = number
+        self.expectation["objects"].append({"category": category, "count": number})
+        return self.expectation["objects"][-1]
+
+    def relate(self, relation: str, category: str, target: str | None = None, **more):
+        entry = {"relation": relation, "object": category} | ({"target": target} if target else {})
+        self.expectation["relations"].append(entry | more)
+
+    def arrange(self, kind, category: str, number: int):
+        self.expectation["arrangements"].append({"kind": kind, "category": category, "count": number})
+
+
+def article(noun: str) -> str:
+    return ARTICLES.get(noun) or ("an" if noun[0].lower() in "aeiou" else "a")

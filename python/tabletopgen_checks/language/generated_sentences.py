@@ -7,7 +7,7 @@ have the format of tests/words/README.md. Categories and their words are those o
 import random
 
 from tabletopgen_checks.catalog import nouns
-from tabletopgen_checks.language.families import ARTICLES, FAMILIES
+from tabletopgen_checks.language.families import FAMILIES, Clauses, article
 from tabletopgen_checks.language.sentences import Sentence
 
 SENTENCES = 1000
@@ -56,7 +56,7 @@ def generated(count: int = SENTENCES) -> list:
 def sentence(k: int, words: dict) -> Sentence:
     chance = random.Random(f"generated sentence {k}")
     family = list(FAMILIES)[k % len(FAMILIES)]
-    clauses = Clauses(FAMILIES[family], words, chance, wanted=1 + k % MAX_OBJECTS)
+    clauses = GrownClauses(FAMILIES[family], words, chance, wanted=1 + k % MAX_OBJECTS)
     text = written(clauses.clauses, chance.choice(TABLES[family]), chance)
     expectation = {"id": f"generated_{k:04}", "kind": "generated", "text": text, **clauses.expectation, "closed": True}
     return Sentence(f"generated_{k:04}", chance.randrange(2**32), text, expectation)
@@ -72,14 +72,11 @@ def written(clauses: list, table: str, chance) -> str:
     return chance.choice(LISTS).format(Table=capital, table=table, list=listed)
 
 
-class Clauses:
-    """Clauses until the wanted number of objects is reached. A category is in one clause only, so that every reference
-    is clear."""
+class GrownClauses(Clauses):
+    """Clauses until the wanted number of objects is reached."""
 
     def __init__(self, family, words, chance, wanted):
-        self.family, self.words, self.chance = family, words, chance
-        self.clauses, self.objects, self.used = [], 0, set()
-        self.expectation = {"objects": [], "relations": [], "arrangements": []}
+        super().__init__(family, words, chance)
         kinds = [self.plain, self.plain, self.inside, self.upon, self.stack, self.beside, self.region, self.distance,
                  self.between, self.row, self.pose]
         while self.objects < wanted:
@@ -100,7 +97,7 @@ class Clauses:
 
     def hosted(self, left, pairs, relation, forms):
         host, category, max_count = self.chance.choice(pairs)
-        if left < 2 or {host, category} & self.used:
+        if left < 2 or not self.is_fresh(host, category):
             return
         number = self.chance.randint(1, min(max_count, left - 1))
         nouns = {"host": self.noun(host, 1), "objects": self.noun(category, number)}
@@ -109,25 +106,25 @@ class Clauses:
 
     def stack(self, left):
         category = self.chance.choice(sorted(self.family.piles))
-        if left < 2 or category in self.used:
+        if left < 2 or not self.is_fresh(category):
             return
         number = self.chance.randint(2, min(self.family.piles[category], left))
         many = self.noun(category, number)
         form = self.chance.choice(["a stack of {}", "{} stacked on each other"])
         self.clauses.append(form.format(many))
-        self.expectation["arrangements"].append({"kind": "stack", "category": category, "count": number})
+        self.arrange("stack", category, number)
 
     def beside(self, left):
         subject, other = self.fresh(), None
         if left >= 2 and subject:
             other = self.fresh(besides=subject)
-        if other:
+        if subject and other:
             relation = self.chance.choice(sorted(BESIDE))
             self.clauses.append(f"{self.noun(subject, 1)} {self.chance.choice(BESIDE[relation])} {self.noun(other, 1)}")
             self.relate(relation, subject, other)
 
     def between(self, left):
-        pool = [category for category in sorted(self.family.objects) if category not in self.used]
+        pool = [category for category in sorted(self.family.objects) if category not in self.counts]
         if left >= 3 and len(pool) >= 3:
             subject, first, second = self.chance.sample(pool, 3)
             self.clauses.append(f"{self.noun(subject, 1)} between {self.noun(first, 1)} and {self.noun(second, 1)}")
@@ -146,15 +143,15 @@ class Clauses:
             self.relate(edge, category, distance_cm=[cm - SLACK_CM, cm + SLACK_CM])
 
     def row(self, left):
-        several = [c for c in sorted(self.family.objects) if c not in self.used and self.family.objects[c] >= 3]
+        several = [c for c in sorted(self.family.objects) if c not in self.counts and self.family.objects[c] >= 3]
         if left >= 3 and several:
             category = self.chance.choice(several)
             number = self.chance.randint(3, min(left, self.family.objects[category]))
             self.clauses.append(self.chance.choice(["{} in a row", "a row of {}"]).format(self.noun(category, number)))
-            self.expectation["arrangements"].append({"kind": ["row", "column"], "category": category, "count": number})
+            self.arrange(["row", "column"], category, number)
 
     def pose(self, left):
-        fitting = [c for c in sorted(POSED) if c not in self.used and c in self.family.objects]
+        fitting = [c for c in sorted(POSED) if c not in self.counts and c in self.family.objects]
         if fitting:
             category = self.chance.choice(fitting)
             pose = self.chance.choice(POSED[category])
@@ -162,33 +159,22 @@ class Clauses:
             self.expectation["objects"][-1]["pose"] = pose
 
     def fresh(self, besides=None):
-        pool = [category for category in sorted(self.family.objects) if category not in self.used | {besides}]
+        pool = [category for category in sorted(self.family.objects) if category not in {*self.counts, besides}]
         return self.chance.choice(pool) if pool else None
 
     def number(self, category, left) -> int:
         return self.chance.randint(1, min(left, self.family.objects[category]))
 
-    def relate(self, relation, subject, host=None, **more):
-        entry = {"relation": relation, "object": subject}
-        if host:
-            entry["target"] = host
-        self.expectation["relations"].append({**entry, **more})
-
     def noun(self, category, number, colored=False) -> str:
         """The objects in words; they are counted from here on."""
-        self.used.add(category)
-        self.objects += number
-        entry = {"category": category, "count": number}
+        entry = self.expect(category, number)
         one, many = self.words[category]
         color = ""
         if colored and category in COLORED and self.chance.random() < 0.6:
             entry["color"] = self.chance.choice(COLORS)
             color = entry["color"] + " "
-        self.expectation["objects"].append(entry)
         if number > 1:
             count = str(number) if self.chance.random() < 0.3 else NUMBERS[number]
             return f"{count} {color}{many}"
-        article = ARTICLES.get(one, "an" if one[0].lower() in "aeiou" else "a")
-        if color and article in ("a", "an"):
-            article = "a"
-        return f"{article} {color}{one}"
+        first = "a" if color and article(one) in ("a", "an") else article(one)
+        return f"{first} {color}{one}"
