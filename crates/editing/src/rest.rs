@@ -25,12 +25,13 @@ const REACH_M: f64 = 0.05;
 const MAX_SLIDE_M: f64 = 0.015;
 const MAX_TURN_RAD: f64 = 0.5;
 
-/// Limits of movement in the time of a simulation below which an object stays, meters and radians.
-const STILL_M: f64 = 0.002;
-const STILL_RAD: f64 = 0.1;
+/// Limits of movement in the time of a simulation below which an object stays, meters and radians: those of
+/// `resolve.rest_displacement_m` and `resolve.rest_rotation_rad`, below what the certificate allows.
+const STILL_M: f64 = 0.001;
+const STILL_RAD: f64 = 0.02;
 
-/// Simulations until an object must stay.
-const MAX_SETTLINGS: usize = 4;
+/// Simulations until an object must stay. A round one rolls on slowly for some of them.
+const MAX_SETTLINGS: usize = 8;
 
 /// Distance from its place above which an object is put there once more, in the attitude in which it came to lie,
 /// meters.
