@@ -273,7 +273,7 @@ mod tests {
         let tried = |inside: fn(f64, f64) -> bool| {
             completion(drawing(inside), square, &visible, &others, 0.7).expect_err("is not the disk")
         };
-        assert!(tried(|x, _| x.abs() < 6.0).contains("another thing"));
+        assert!(tried(|x, _| x.abs() < 6.0).contains("another object"));
         assert!(tried(|_, _| true).contains("background"));
         assert!(tried(|_, _| false).contains("nothing is drawn"));
     }
