@@ -57,12 +57,7 @@ impl Draft<'_> {
             settled
                 .come_to_rest(&moving, self.rest, &self.cancel)
                 .map_err(|fault| format!("the contents of {} do not stay: {fault}", self.name(container)))?;
-            let stays = |object: &usize| {
-                let (before, after) = (self.pose(*object), settled.objects[*object].body.world_from_object);
-                before.translation_m.distance(after.translation_m) < STAYS_M
-                    && angle_between_rad(&before, &after) < STAYS_RAD
-            };
-            if !moving.iter().all(stays) {
+            if !self.stay_in(&settled, &moving) {
                 self.workspace = settled;
                 self.may_move(&moving, &cause);
             }
@@ -206,6 +201,34 @@ impl Draft<'_> {
                 found => found?,
             }
         }
+        if objects.len() > 1 {
+            self.rest_together(objects, cause);
+        }
         Ok(())
+    }
+
+    /// Lets objects move at the same time that came to rest one by one: each of them took those before it as fixed, and
+    /// round ones that lean on each other roll on. Where they do not come to rest together they stay as they are.
+    fn rest_together(&mut self, objects: &[(usize, Supporter)], cause: &str) {
+        let moving: Vec<usize> =
+            objects.iter().flat_map(|(object, _)| self.workspace.branch(*object)).collect();
+        let mut settled = self.workspace.clone();
+        let rolling = RestSettings { may_roll: true, ..self.rest };
+        if settled.come_to_rest(&moving, rolling, &self.cancel).is_err() {
+            return;
+        }
+        if !self.stay_in(&settled, &moving) {
+            self.workspace = settled;
+            self.may_move(&moving, cause);
+        }
+    }
+
+    /// Whether all of these objects are where they are in another workspace.
+    fn stay_in(&self, settled: &Workspace, moving: &[usize]) -> bool {
+        moving.iter().all(|object| {
+            let (before, after) = (self.pose(*object), settled.objects[*object].body.world_from_object);
+            before.translation_m.distance(after.translation_m) < STAYS_M
+                && angle_between_rad(&before, &after) < STAYS_RAD
+        })
     }
 }
