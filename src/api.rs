@@ -3,25 +3,22 @@
 //! Handlers read and write rows and blobs; workers build what is kept. What they accept is checked in
 //! full before it is enqueued, and what they refuse is a problem document that says what to change.
 
-pub mod error;
+mod error;
 pub mod views;
 mod query;
+mod extract;
 pub mod spending;
-pub mod submission;
+pub mod scene_body;
 mod body;
 mod body_memory;
 mod form_body;
 mod json_body;
 mod json_outline;
-pub mod image;
 mod data_uri;
-mod json_detail;
 pub mod scenes;
-mod terms;
 mod accepted;
 mod enqueue;
-pub mod parent;
-mod edit_operations;
+mod parent;
 pub mod edits;
 pub mod variants;
 pub mod lineage;
@@ -38,31 +35,27 @@ pub mod artifacts;
 pub mod jobs;
 pub mod events;
 pub mod probes;
-pub mod process_metrics;
 mod admission;
 pub mod layers;
 pub mod serve;
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::Router;
 use axum::http::Method;
 use axum::routing::{MethodRouter, delete, get, post};
-use bytes::Bytes;
-use futures::future::BoxFuture;
 use metrics_exporter_prometheus::PrometheusHandle;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
-use scene::text_account::TextAccount;
-use scene::{EditOperation, SceneRequest};
-use store::{Store, queue};
+use crate::app::fetching::ImageFetcher;
+use crate::app::{App, image};
+use store::Store;
 
 use admission::AllowedHosts;
 use body_memory::BodyMemory;
-pub use error::{FieldError, Problem};
 use events::hub::EventHub;
 use events::stream_limits::StreamLimits;
 use serve::client_address::Proxies;
@@ -129,57 +122,14 @@ pub struct Settings {
     pub shutdown_grace_secs: u64,
 }
 
-/// Validates a request against the configuration (`options.set`); empty = valid. Made by `app::pipeline::validate`.
-pub type Validate = Arc<dyn Fn(&SceneRequest) -> Vec<FieldError> + Send + Sync>;
-
-/// The account of the text of a request, without making a scene; `None` for an image, and where a remote model reads
-/// texts. The error is that of the field `/text`. Made by `app::pipeline::understand`.
-pub type Understand = Arc<dyn Fn(&SceneRequest) -> Result<Option<TextAccount>, FieldError> + Send + Sync>;
-
-/// The operations of an instruction in words. The error is that of the field `/text`. Made by
-/// `app::pipeline::read_instruction`.
-pub type ReadInstruction = Arc<dyn Fn(&str) -> Result<Vec<EditOperation>, FieldError> + Send + Sync>;
-
-/// Prediction of an edit of the scene in an archive, without making a scene; `None` where nothing is predicted. It
-/// computes, so it blocks. Made by `app::pipeline::predict`.
-pub type Predict = Arc<dyn Fn(&SceneRequest, &[u8]) -> Result<Option<Value>, Problem> + Send + Sync>;
-
-/// Fetches an image from a client's address, at most so many bytes; an error is for the client to read. Made by
-/// `app::fetching`.
-pub type FetchImage = Arc<dyn Fn(String, usize) -> BoxFuture<'static, Result<Bytes, String>> + Send + Sync>;
-
-/// Services of the rest of the program for the interface.
-pub struct Services {
-    pub validate: Validate,
-    pub understand: Understand,
-    pub read_instruction: ReadInstruction,
-    pub predict: Predict,
-    pub propose_tasks: tasks::ProposeTasks,
-    pub check_execution: executions::CheckExecution,
-    pub check_episodes: episodes::CheckEpisodes,
-    pub fetch_image: FetchImage,
-    pub metrics: PrometheusHandle,
-    /// Largest number of requests of one batch.
-    pub max_batch_requests: u64,
-}
-
 /// State that handlers share; cloning shares it.
 #[derive(Clone)]
 pub struct Api {
     pub store: Store,
     pub settings: Arc<Settings>,
-    pub queue: Arc<queue::Settings>,
-    pub validate: Validate,
-    pub understand: Understand,
-    pub read_instruction: ReadInstruction,
-    pub predict: Predict,
-    pub propose_tasks: tasks::ProposeTasks,
-    pub check_execution: executions::CheckExecution,
-    pub check_episodes: episodes::CheckEpisodes,
-    pub fetch_image: FetchImage,
+    pub app: App,
+    pub fetcher: Arc<ImageFetcher>,
     pub metrics: PrometheusHandle,
-    /// Largest number of requests of one batch.
-    pub max_batch_requests: u64,
     /// Cancelled when the process is to end: not ready any more.
     pub draining: CancellationToken,
     /// Cancelled when the listener closes: streams end.
@@ -189,7 +139,7 @@ pub struct Api {
     /// Pixels that are being decoded, in blocks: of the largest image there is one at a time.
     pixel_blocks: Arc<Semaphore>,
     /// Tasks are rehearsed one request at a time.
-    executions: Arc<Semaphore>,
+    rehearsals: Arc<Semaphore>,
     /// Images are fetched a few at a time.
     fetches: Arc<Semaphore>,
     /// Requests of batches are checked and stored for a few batches at a time.
@@ -206,31 +156,20 @@ pub struct Api {
 }
 
 impl Api {
+    /// `shutdown` is cancelled when the listener closes.
     pub fn new(
         store: Store,
+        app: App,
         settings: Settings,
-        queue: queue::Settings,
-        services: Services,
+        metrics: PrometheusHandle,
         shutdown: CancellationToken,
     ) -> Self {
-        let Services {
-            validate,
-            understand,
-            read_instruction,
-            predict,
-            propose_tasks,
-            check_execution,
-            check_episodes,
-            fetch_image,
-            metrics,
-            max_batch_requests,
-        } = services;
         let semaphore = |permits: usize| Arc::new(Semaphore::new(permits.clamp(1, Semaphore::MAX_PERMITS)));
         let max_streams = settings.max_event_streams.min(Limits::new(&settings).total.div_ceil(2));
         Self {
             decoders: semaphore(2),
             pixel_blocks: semaphore(max_pixel_blocks(&settings) as usize),
-            executions: semaphore(1),
+            rehearsals: semaphore(1),
             fetches: semaphore(4),
             receptions: semaphore(2),
             requests: semaphore(settings.max_requests),
@@ -241,18 +180,13 @@ impl Api {
             stream_reads: semaphore(CONCURRENT_STREAM_READS),
             hub: EventHub::new(store.clone(), shutdown.clone()),
             store,
+            fetcher: Arc::new(ImageFetcher::new(
+                Duration::from_secs(settings.fetch_timeout_secs),
+                &settings.fetch_hosts,
+            )),
             settings: Arc::new(settings),
-            queue: Arc::new(queue),
-            validate,
-            understand,
-            read_instruction,
-            predict,
-            propose_tasks,
-            check_execution,
-            check_episodes,
-            fetch_image,
+            app,
             metrics,
-            max_batch_requests,
             draining: shutdown.child_token(),
             shutdown,
         }

@@ -1,8 +1,6 @@
-//! The wiring: configuration in, running parts out. Nothing else knows which adapter answers which port.
-//!
-//! Three programs are made of the same parts: the server and a worker without the HTTP interface
-//! ([`service`]), and a worker for one job inside the calling process ([`local`]). All open a store, build
-//! scenes through the worker, and refuse the same requests.
+//! Use cases: an order in, a value or a [`Problem`](crate::problem::Problem) out, one file each. The interface and the
+//! command line only translate, so both refuse the same requests. Beside them the wiring: configuration in, running
+//! parts out; nothing else knows which adapter answers which port.
 
 pub mod logging;
 pub mod metrics;
@@ -10,20 +8,22 @@ pub mod telemetry;
 pub mod features;
 pub mod network;
 pub mod remote;
-mod fetching;
-mod listening;
+pub mod fetching;
 pub mod pipeline;
 pub mod activity;
+pub mod terms;
+pub mod submission;
+pub mod image;
+mod json_detail;
+pub mod json_error;
+mod edit_operations;
+pub mod edit_scene;
+pub mod variants;
+pub mod batch_requests;
 mod grasps;
 pub mod tasks;
 pub mod episodes;
 pub mod executions;
-pub mod role;
-mod process;
-mod upkeep;
-mod feeding;
-mod recording;
-pub mod service;
 pub mod local;
 
 use std::path::Path;
@@ -33,12 +33,32 @@ use std::time::Duration;
 /// The configuration, re-exported for the command line.
 pub use crate::config;
 
-use crate::config::Config;
+use crate::config::{Config, Resolved};
 use crate::pipeline::checkpoint::StageRuntime;
 use crate::worker::{BuildScene, SceneBuilder, Worker};
 use runtime::CpuPool;
 use store::queue::control::QueueControl;
 use store::{Intent, Store, StoreError};
+
+/// The use cases of a process; cloning shares them.
+#[derive(Clone, Debug)]
+pub struct App {
+    resolved: Arc<Resolved>,
+}
+
+impl App {
+    pub fn new(resolved: &Resolved) -> Self {
+        Self { resolved: Arc::new(resolved.clone()) }
+    }
+
+    pub fn config(&self) -> &Config {
+        &self.resolved.config
+    }
+
+    fn resolved(&self) -> &Resolved {
+        &self.resolved
+    }
+}
 
 /// Reason why the program could not start or go on.
 #[derive(Debug, thiserror::Error)]

@@ -8,6 +8,7 @@ use futures::future::BoxFuture;
 use serde_json::Value;
 
 use crate::pipeline::error::StageError;
+use crate::problem::{Problem, ProblemType};
 use crate::worker::{Settings, Work, WorkAttempt};
 use runtime::{ComputationFailed, CpuPool};
 use scene::job::JobKind;
@@ -21,20 +22,9 @@ pub struct Answer {
     pub media_type: &'static str,
 }
 
-/// Reason why a task is not attempted.
-#[derive(Clone, Debug)]
-pub struct Refusal {
-    /// Stable, `[a-z0-9_]+`.
-    pub code: &'static str,
-    /// A sentence with advice.
-    pub message: String,
-    /// Whether another request can be accepted for the same scene.
-    pub is_of_request: bool,
-}
-
-/// The execution of a stored request in the scene of an archive. It computes for seconds, so it blocks. Made by
-/// `app::executions::execute`.
-pub type Execute = Arc<dyn Fn(&[u8], &Value) -> Result<Answer, Refusal> + Send + Sync>;
+/// The execution of a stored order in the scene of an archive. It computes for seconds, so it blocks:
+/// `App::execute_stored`.
+pub type Execute = Arc<dyn Fn(&[u8], &Value) -> Result<Answer, Problem> + Send + Sync>;
 
 /// Executes tasks.
 pub struct Executor {
@@ -92,9 +82,10 @@ fn died(died: ComputationFailed) -> StageError {
     StageError { code: "internal_error", ..StageError::crashed(message).because(died) }
 }
 
-fn refused(refusal: Refusal) -> StageError {
-    match refusal.is_of_request {
-        true => StageError::refused(refusal.code, refusal.message),
-        false => StageError::permanent(refusal.code, refusal.message),
+fn refused(problem: Problem) -> StageError {
+    match problem.kind {
+        // Another request can be accepted for the same scene.
+        ProblemType::InvalidRequest => StageError::refused(problem.own_code(), problem.message()),
+        _ => StageError::permanent(problem.own_code(), problem.message()),
     }
 }

@@ -15,7 +15,11 @@
 // What an operator starts: typed settings, the wiring, the commands.
 pub mod config;
 pub mod app;
+pub mod service;
 pub mod cli;
+
+// Refusals of requests, for every caller.
+pub mod problem;
 
 // What the log and traces say about the work at hand.
 pub mod spans;

@@ -20,6 +20,7 @@ use serde_json::Value;
 use tokio::sync::OnceCell;
 
 use crate::pipeline::error::StageError;
+use crate::problem::{Problem, ProblemType};
 use crate::worker::work::remove_work_folder;
 use crate::worker::{Settings, Work, WorkAttempt};
 use demonstrations::Setup;
@@ -45,19 +46,9 @@ pub struct Preparation {
     pub keeps_failures: bool,
 }
 
-/// Reason why there is no such preparation.
-#[derive(Clone, Debug, thiserror::Error)]
-#[error("{message}")]
-pub struct Refusal {
-    /// Stable, `[a-z0-9_]+`.
-    pub code: &'static str,
-    /// A sentence with advice.
-    pub message: String,
-}
-
-/// Prepares attempts in the scene of an archive, for a stored request. It computes for seconds, so it blocks. Made by
-/// `app::recording::prepare`.
-pub type Prepare = Arc<dyn Fn(&[u8], &Value) -> Result<Preparation, Refusal> + Send + Sync>;
+/// Prepares attempts in the scene of an archive, for a stored order. It computes for seconds, so it blocks:
+/// `App::prepare_recording`.
+pub type Prepare = Arc<dyn Fn(&[u8], &Value) -> Result<Preparation, Problem> + Send + Sync>;
 
 /// A preparation with the digest of everything that attempts depend on.
 struct Prepared {
@@ -65,7 +56,7 @@ struct Prepared {
     identity: String,
 }
 
-type PreparedCell = Arc<OnceCell<Result<Arc<Prepared>, Refusal>>>;
+type PreparedCell = Arc<OnceCell<Result<Arc<Prepared>, Problem>>>;
 
 /// Reason why work on a recording did not come to its end.
 #[derive(Debug, thiserror::Error)]
@@ -77,7 +68,7 @@ enum RecordError {
     #[error("cannot {attempt} {path}; free space or correct the permissions there")]
     File { attempt: &'static str, path: PathBuf, source: std::io::Error },
     #[error(transparent)]
-    Refused(#[from] Refusal),
+    Refused(#[from] Problem),
     #[error("a bug stopped the work on this recording; the server's log has the details")]
     Panicked(#[from] ComputationFailed),
     /// An episode is lost or damaged; its attempt is made again.
@@ -113,7 +104,7 @@ impl From<RecordError> for StageError {
             }
             RecordError::Episodeless { .. } => Self::transient("episode_lost", message),
             RecordError::Episode(_) => Self::permanent("episode_unusable", message),
-            RecordError::Refused(refusal) => Self::permanent(refusal.code, refusal.message),
+            RecordError::Refused(problem) => Self::permanent(problem.own_code(), problem.message()),
         }
     }
 }
@@ -162,8 +153,8 @@ impl Recorder {
                 }
             }
             _ => {
-                let message = "a job of another kind came to the recorder; report this".to_owned();
-                Err(Refusal { code: "internal_error", message }.into())
+                let message = "a job of another kind came to the recorder; report this";
+                Err(Problem::new(ProblemType::Internal, "internal_error", message).into())
             }
         }
     }
@@ -175,7 +166,7 @@ impl Recorder {
             let Some(archive) = self.store.blobs().get(&recording.bundle).await? else {
                 let message = "the bundle of the scene is lost or damaged; download it once, which makes it again, and \
                                order the episodes then";
-                return Ok(Err(Refusal { code: "bundle_lost", message: message.into() }));
+                return Ok(Err(Problem::new(ProblemType::Conflict, "bundle_lost", message)));
             };
             let (prepare, request) = (self.prepare.clone(), recording.request.clone());
             let preparing = self.cpu.run(move || {
@@ -186,7 +177,7 @@ impl Recorder {
             });
             Ok(preparing.await?)
         });
-        let found: Result<&Result<Arc<Prepared>, Refusal>, RecordError> = found.await;
+        let found: Result<&Result<Arc<Prepared>, Problem>, RecordError> = found.await;
         Ok(found?.clone()?)
     }
 

@@ -17,8 +17,8 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 
 use super::Api;
-use super::error::{Problem, ProblemType};
 use super::serve::connection::Connection;
+use crate::problem::{Problem, ProblemType};
 
 /// Probes are answered under any load: an orchestrator would restart a server that is only busy.
 const PROBES: [&str; 4] = ["/healthz", "/readyz", "/metrics", "/version"];

@@ -10,16 +10,16 @@ mod requests;
 mod views;
 
 use axum::Json;
-use axum::extract::{Path, Request, State};
+use axum::extract::{Request, State};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 
 use super::Api;
 use super::accepted::accepted_at;
-use super::enqueue::idempotency_key;
-use super::error::{Problem, ProblemType};
-use super::json_body::{json_bytes, media_type, parse};
+use super::enqueue::Delivery;
+use super::extract::{JsonRequest, OptionalJsonBody, PathId};
 use super::query::{Page, PageSize, PageToken, Parameters};
+use crate::problem::{Problem, ProblemType};
 use ::batches::BatchState;
 use scene::BatchId;
 use store::DEFAULT_TENANT;
@@ -27,17 +27,16 @@ use store::batches::{BatchCancelOutcome, BatchFilter, BatchRetryOutcome, BatchRo
 
 pub use output::{errors, output};
 use parameters::{BudgetUsd, SubmitParameters};
-pub use requests::refused;
 use views::BatchView;
 
 /// `POST /batches`.
 pub async fn submit(
     State(api): State<Api>,
     Parameters(parameters): Parameters<SubmitParameters>,
+    Delivery { idempotency_key, .. }: Delivery,
     request: Request,
 ) -> Result<Response, Problem> {
-    let key = idempotency_key(request.headers())?;
-    let id = receive::receive(&api, parameters, key, request).await?;
+    let id = receive::receive(&api, parameters, idempotency_key, request).await?;
     accepted(&api, &id).await
 }
 
@@ -77,13 +76,12 @@ pub async fn list(
 }
 
 /// `GET /batches/{batch_id}`.
-pub async fn show(State(api): State<Api>, Path(batch_id): Path<String>) -> Result<Response, Problem> {
-    Ok(Json(view(&api, &parse_id(&batch_id)?).await?).into_response())
+pub async fn show(State(api): State<Api>, PathId(batch_id): PathId<BatchId>) -> Result<Response, Problem> {
+    Ok(Json(view(&api, &batch_id).await?).into_response())
 }
 
 /// `POST /batches/{batch_id}/cancel`.
-pub async fn cancel(State(api): State<Api>, Path(batch_id): Path<String>) -> Result<Response, Problem> {
-    let batch_id = parse_id(&batch_id)?;
+pub async fn cancel(State(api): State<Api>, PathId(batch_id): PathId<BatchId>) -> Result<Response, Problem> {
     match api.store.cancel_batch(&DEFAULT_TENANT, &batch_id).await? {
         BatchCancelOutcome::Accepted => accepted(&api, &batch_id).await,
         BatchCancelOutcome::TooLate(state) => Err(Problem::new(
@@ -98,30 +96,20 @@ pub async fn cancel(State(api): State<Api>, Path(batch_id): Path<String>) -> Res
 /// The optional body of a retry.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-struct RetryBody {
+pub struct RetryBody {
     budget_usd: Option<BudgetUsd>,
+}
+
+impl JsonRequest for RetryBody {
+    const EXAMPLE: &str = r#"{"budget_usd": 10}"#;
 }
 
 /// `POST /batches/{batch_id}/retry`.
 pub async fn retry(
     State(api): State<Api>,
-    Path(batch_id): Path<String>,
-    request: Request,
+    PathId(batch_id): PathId<BatchId>,
+    OptionalJsonBody(body): OptionalJsonBody<RetryBody>,
 ) -> Result<Response, Problem> {
-    let batch_id = parse_id(&batch_id)?;
-    let kind = media_type(request.headers());
-    let bytes = json_bytes(&api, request.into_body()).await?;
-    let body: RetryBody = match (bytes.is_empty(), kind.as_str()) {
-        (true, _) => RetryBody::default(),
-        (false, "application/json") => parse(&bytes)?,
-        (false, _) => {
-            return Err(Problem::new(
-                ProblemType::UnsupportedMediaType,
-                "body_format",
-                "send application/json such as {\"budget_usd\": 10}, or no body",
-            ));
-        }
-    };
     let budget = body.budget_usd.map(BudgetUsd::amount);
     let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
     match api.store.retry_batch(&DEFAULT_TENANT, &batch_id, budget).await? {
@@ -147,11 +135,6 @@ async fn view(api: &Api, batch_id: &BatchId) -> Result<BatchView, Problem> {
     let row = find(api, batch_id).await?;
     let account = api.store.batch_accounts(std::slice::from_ref(&row)).await?.pop().unwrap_or_default();
     Ok(BatchView::new(row, account))
-}
-
-/// The batch id in a path. A text that is no id names no batch.
-fn parse_id(text: &str) -> Result<BatchId, Problem> {
-    text.parse().map_err(|_| Problem::not_found("batch", text))
 }
 
 /// A batch that is there.

@@ -13,8 +13,8 @@ use tokio::time::{Instant, timeout, timeout_at};
 
 use super::Api;
 use super::body_memory::Reservation;
-use super::error::{Problem, ProblemType};
 use super::serve::connection::Connection;
+use crate::problem::{Problem, ProblemType};
 
 /// Initial capacity of a collected body. More follows as bytes arrive, whatever the header promises.
 const INITIAL_CAPACITY: usize = 64 << 10;

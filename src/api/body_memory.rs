@@ -8,7 +8,7 @@ use std::sync::Arc;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use super::admission::overloaded;
-use super::error::Problem;
+use crate::problem::Problem;
 
 /// Bytes of one block.
 const BLOCK_BYTES: usize = 4096;

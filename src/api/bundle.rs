@@ -5,7 +5,7 @@
 
 use std::io::Cursor;
 
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::{HeaderMap, Method};
 use axum::response::Response;
 use bytes::Bytes;
@@ -15,10 +15,11 @@ use zip::{ZipArchive, ZipWriter};
 
 use super::Api;
 use super::download::{Content, Download, respond};
-use super::error::{Problem, ProblemType};
+use super::extract::PathId;
 use super::query::Parameters;
 use super::rebuild::missing_bytes;
-use super::scenes::{find, parse_id};
+use super::scenes::find;
+use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
 use scene::job::SceneState;
 use store::artifacts::ArchiveRow;
@@ -69,14 +70,13 @@ impl TryFrom<String> for BundleFormat {
 /// `GET /scenes/{scene_id}/bundle`.
 pub async fn download(
     State(api): State<Api>,
-    Path(scene_id): Path<String>,
+    PathId(scene_id): PathId<SceneId>,
     Parameters(parameters): Parameters<BundleParameters>,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let BundleParameters { format, quarantined } = parameters;
     let format = format.as_str();
-    let scene_id = parse_id(&scene_id)?;
     let scene = find(&api, &scene_id).await?;
     check_state(&scene, quarantined)?;
     let suffix = if format == "all" { String::new() } else { format!("-{format}") };

@@ -7,7 +7,7 @@ mod request;
 mod views;
 
 use axum::Json;
-use axum::extract::{Path, Request, State};
+use axum::extract::State;
 use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
@@ -17,11 +17,11 @@ use serde_json::json;
 use super::Api;
 use super::accepted::accepted_at;
 use super::download::{Content, Download, respond};
-use super::enqueue::idempotency_key;
-use super::error::{Problem, ProblemType};
-use super::json_body::{json_bytes, media_type, parse};
+use super::enqueue::Delivery;
+use super::extract::{JsonBody, PathId, PathName};
 use super::pieces::{self, Piece};
 use super::query::{Page, PageSize, PageToken, Parameters};
+use crate::problem::{Problem, ProblemType};
 use ::datasets::tar;
 use scene::DatasetId;
 use store::datasets::{
@@ -33,14 +33,11 @@ use request::{DatasetBody, check_source};
 use views::{DatasetFileView, DatasetView};
 
 /// `POST /datasets`.
-pub async fn submit(State(api): State<Api>, request: Request) -> Result<Response, Problem> {
-    let key = idempotency_key(request.headers())?;
-    if media_type(request.headers()) != "application/json" {
-        let detail = "send application/json such as {\"name\": \"kitchen\", \"label\": \"project:demo\"}";
-        return Err(Problem::new(ProblemType::UnsupportedMediaType, "body_format", detail));
-    }
-    let bytes = json_bytes(&api, request.into_body()).await?;
-    let body: DatasetBody = parse(&bytes)?;
+pub async fn submit(
+    State(api): State<Api>,
+    Delivery { idempotency_key, .. }: Delivery,
+    JsonBody { value: body, memory: _memory }: JsonBody<DatasetBody>,
+) -> Result<Response, Problem> {
     let (name, request) = body.checked()?;
     check_source(&api, &request).await?;
     let request = json!(request);
@@ -49,7 +46,7 @@ pub async fn submit(State(api): State<Api>, request: Request) -> Result<Response
         body_digest: Digest::of(format!("{name} {request}").as_bytes()),
         name,
         request,
-        idempotency_key: key,
+        idempotency_key,
     };
     match api.store.submit_dataset(new).await? {
         SubmitDatasetOutcome::Created(id) | SubmitDatasetOutcome::Replayed(id) => accepted(&api, &id).await,
@@ -97,14 +94,19 @@ pub async fn list(
 }
 
 /// `GET /datasets/{dataset_id}`.
-pub async fn show(State(api): State<Api>, Path(dataset_id): Path<String>) -> Result<Response, Problem> {
-    let dataset = find(&api, &parse_id(&dataset_id)?).await?;
+pub async fn show(
+    State(api): State<Api>,
+    PathId(dataset_id): PathId<DatasetId>,
+) -> Result<Response, Problem> {
+    let dataset = find(&api, &dataset_id).await?;
     Ok(Json(DatasetView::new(dataset)).into_response())
 }
 
 /// `POST /datasets/{dataset_id}/verify`.
-pub async fn verify(State(api): State<Api>, Path(dataset_id): Path<String>) -> Result<Response, Problem> {
-    let dataset_id = parse_id(&dataset_id)?;
+pub async fn verify(
+    State(api): State<Api>,
+    PathId(dataset_id): PathId<DatasetId>,
+) -> Result<Response, Problem> {
     match api.store.verify_dataset(&DEFAULT_TENANT, &dataset_id).await? {
         VerifyOutcome::Accepted => accepted(&api, &dataset_id).await,
         VerifyOutcome::NotFrozen(state) => Err(not_frozen(state)),
@@ -113,7 +115,10 @@ pub async fn verify(State(api): State<Api>, Path(dataset_id): Path<String>) -> R
 }
 
 /// `GET /datasets/{dataset_id}/files`.
-pub async fn files(State(api): State<Api>, Path(dataset_id): Path<String>) -> Result<Response, Problem> {
+pub async fn files(
+    State(api): State<Api>,
+    PathId(dataset_id): PathId<DatasetId>,
+) -> Result<Response, Problem> {
     let dataset = frozen(&api, &dataset_id).await?;
     let files = api.store.dataset_files(&dataset.id).await?;
     let files: Vec<DatasetFileView> =
@@ -124,7 +129,8 @@ pub async fn files(State(api): State<Api>, Path(dataset_id): Path<String>) -> Re
 /// `GET /datasets/{dataset_id}/files/{name}`.
 pub async fn download(
     State(api): State<Api>,
-    Path((dataset_id, path)): Path<(String, String)>,
+    PathId(dataset_id): PathId<DatasetId>,
+    PathName(path): PathName,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
@@ -147,7 +153,7 @@ pub async fn download(
 /// `GET /datasets/{dataset_id}/archive`.
 pub async fn archive(
     State(api): State<Api>,
-    Path(dataset_id): Path<String>,
+    PathId(dataset_id): PathId<DatasetId>,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
@@ -199,11 +205,6 @@ async fn accepted(api: &Api, dataset_id: &DatasetId) -> Result<Response, Problem
     Ok(accepted_at(&view.links.this, &view))
 }
 
-/// The dataset id in a path. A text that is no id names no dataset.
-fn parse_id(text: &str) -> Result<DatasetId, Problem> {
-    text.parse().map_err(|_| Problem::not_found("dataset", text))
-}
-
 /// A dataset that is there.
 async fn find(api: &Api, dataset_id: &DatasetId) -> Result<DatasetRow, Problem> {
     let dataset = api.store.dataset(&DEFAULT_TENANT, dataset_id).await?;
@@ -211,8 +212,8 @@ async fn find(api: &Api, dataset_id: &DatasetId) -> Result<DatasetRow, Problem> 
 }
 
 /// A dataset with a version.
-async fn frozen(api: &Api, dataset_id: &str) -> Result<DatasetRow, Problem> {
-    let dataset = find(api, &parse_id(dataset_id)?).await?;
+async fn frozen(api: &Api, dataset_id: &DatasetId) -> Result<DatasetRow, Problem> {
+    let dataset = find(api, dataset_id).await?;
     if dataset.state == DatasetState::Finished { Ok(dataset) } else { Err(not_frozen(dataset.state)) }
 }
 

@@ -10,8 +10,8 @@ use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 
 use super::Api;
-use super::error::{Problem, ProblemType};
 use super::pieces::{self, Piece};
+use crate::problem::{Problem, ProblemType};
 use store::Digest;
 
 /// Content of a download, and its headers.

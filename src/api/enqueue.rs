@@ -3,38 +3,38 @@
 use std::time::Duration;
 
 use axum::Json;
+use axum::extract::FromRequestParts;
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
 use super::Api;
-use super::error::{Problem, ProblemType};
 use super::scenes::{find, latest_job};
-use super::submission::Submission;
 use super::views::{JobView, SceneView};
+use crate::app::submission::Submission;
+use crate::problem::{Problem, ProblemType};
 use crate::spans;
-use scene::SceneId;
 use scene::job::SceneState;
+use scene::{JobId, SceneId};
 use store::DEFAULT_TENANT;
 use store::queue::QueueFull;
 use store::retention::QuotaOutcome;
 use store::scenes::{NewRows, SubmitOutcome};
 
-/// Options in the headers of a request for a new scene.
-pub(super) struct Delivery {
+/// Options in the headers of a request for new work: `Idempotency-Key` and `Prefer`.
+pub struct Delivery {
     pub(super) idempotency_key: Option<String>,
-    wait: Option<Duration>,
+    /// Longest time that the client waits for the answer.
+    pub(super) wait: Option<Duration>,
 }
 
-impl Delivery {
-    /// Reads `Idempotency-Key` and `Prefer`.
-    ///
-    /// # Errors
-    ///
-    /// A [`Problem`] for a key of another form.
-    pub fn of(api: &Api, headers: &HeaderMap) -> Result<Self, Problem> {
+impl FromRequestParts<Api> for Delivery {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, api: &Api) -> Result<Self, Problem> {
         Ok(Self {
-            idempotency_key: idempotency_key(headers)?,
-            wait: preferred_wait(headers, api.settings.max_wait_secs),
+            idempotency_key: idempotency_key(&parts.headers)?,
+            wait: preferred_wait(&parts.headers, api.settings.max_wait_secs),
         })
     }
 }
@@ -55,7 +55,7 @@ pub(super) async fn enqueue(
         Err(full) => return Ok(queue_full(full)),
     };
     if let Some(wait) = wait {
-        wait_for(api, &scene_id, wait).await?;
+        wait_for(api, Awaited::Scene(&scene_id), wait).await?;
     }
     let (scene, job) = match (rows, wait) {
         (Some(rows), None) => {
@@ -106,7 +106,7 @@ pub(super) async fn enqueue_one(
         return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
     }
     let budget_usd = api.settings.usual_budget_usd;
-    let schedule = submission.schedule(&api.queue);
+    let schedule = submission.schedule(&api.app.config().queue);
     let new = submission.into_row(&api.store, DEFAULT_TENANT.clone(), budget_usd, idempotency_key).await?;
     match api.store.submit_scheduled(new, schedule).await? {
         SubmitOutcome::Created { scene_id, job_id, rows } => {
@@ -143,7 +143,7 @@ pub(super) fn queue_full(full: QueueFull) -> Response {
 /// # Errors
 ///
 /// A [`Problem`] for a key of another form.
-pub(super) fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
+fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
     let Some(key) = headers.get("idempotency-key") else { return Ok(None) };
     let key = key.to_str().ok().filter(|key| {
         (1..=255).contains(&key.len()) && key.bytes().all(|byte| (0x21..=0x7e).contains(&byte))
@@ -158,7 +158,7 @@ pub(super) fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Pro
 }
 
 /// `Prefer: wait=N`; what cannot be understood is ignored, as preferences are.
-pub(super) fn preferred_wait(headers: &HeaderMap, max_secs: u64) -> Option<Duration> {
+fn preferred_wait(headers: &HeaderMap, max_secs: u64) -> Option<Duration> {
     let preferences = headers.get_all("prefer").into_iter().filter_map(|value| value.to_str().ok());
     preferences
         .flat_map(|value| value.split(','))
@@ -166,19 +166,38 @@ pub(super) fn preferred_wait(headers: &HeaderMap, max_secs: u64) -> Option<Durat
         .map(|seconds| Duration::from_secs(seconds.min(max_secs)))
 }
 
-/// Returns when the scene is no longer pending, or after `wait`, or when the process is to end.
-async fn wait_for(api: &Api, scene_id: &SceneId, wait: Duration) -> Result<(), Problem> {
+/// Work whose end a client waits for.
+pub(super) enum Awaited<'a> {
+    /// All jobs of a scene.
+    Scene(&'a SceneId),
+    Job(&'a JobId),
+}
+
+impl Awaited<'_> {
+    async fn has_ended(&self, api: &Api) -> Result<bool, Problem> {
+        Ok(match self {
+            Self::Scene(id) => {
+                let scene = api.store.scene(&DEFAULT_TENANT, id).await?;
+                scene.is_none_or(|scene| scene.state != SceneState::Pending)
+            }
+            Self::Job(id) => {
+                let job = api.store.job(&DEFAULT_TENANT, id).await?;
+                job.is_none_or(|job| job.state.is_final())
+            }
+        })
+    }
+}
+
+/// Returns when the work has ended, or after `wait`, or when the process is to end.
+pub(super) async fn wait_for(api: &Api, awaited: Awaited<'_>, wait: Duration) -> Result<(), Problem> {
     let deadline = tokio::time::Instant::now() + wait;
     let mut changes = api.store.changes();
-    loop {
-        let scene = api.store.scene(&DEFAULT_TENANT, scene_id).await?;
-        if scene.is_none_or(|scene| scene.state != SceneState::Pending) {
-            return Ok(());
-        }
+    while !awaited.has_ended(api).await? {
         tokio::select! {
             () = tokio::time::sleep_until(deadline) => return Ok(()),
             () = api.shutdown.cancelled() => return Ok(()),
             _ = changes.changed() => {}
         }
     }
+    Ok(())
 }

@@ -9,7 +9,7 @@ mod request;
 mod views;
 
 use axum::Json;
-use axum::extract::{Path, Request, State};
+use axum::extract::State;
 use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
@@ -19,13 +19,14 @@ use super::Api;
 use super::accepted::accepted_at;
 use super::admission::overloaded;
 use super::download::{Download, respond};
-use super::enqueue::idempotency_key;
-use super::error::{Problem, ProblemType};
-use super::json_body::{json_bytes, media_type, parse};
-use super::parent::ParentBundle;
+use super::enqueue::Delivery;
+use super::extract::{JsonBody, JsonRequest, PathId, PathName};
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters};
-use super::scenes;
-use scene::RecordingId;
+use super::{parent, scenes};
+use crate::app::episodes::draft::EpisodesDraft;
+use crate::app::episodes::ordered;
+use crate::problem::{Problem, ProblemType};
+use scene::{RecordingId, SceneId};
 use store::recordings::{
     CancelRecordingOutcome, NewRecording, RecordingArchive, RecordingFilter, RecordingRow, RecordingState,
     SubmitRecordingOutcome,
@@ -34,38 +35,34 @@ use store::{DEFAULT_TENANT, Digest};
 
 use content::{file_content, media_type_of, whole};
 use request::StateFilter;
-pub use request::{CheckEpisodes, CheckedEpisodes, EpisodesBody, RecordBody};
 use views::{RecordingFileView, RecordingView};
+
+impl JsonRequest for EpisodesDraft {
+    const EXAMPLE: &str = r#"{"task": "put the apple in the bowl", "count": 50}"#;
+}
 
 /// `POST /scenes/{scene_id}/episodes`.
 pub async fn submit(
     State(api): State<Api>,
-    Path(scene_id): Path<String>,
-    request: Request,
+    PathId(scene_id): PathId<SceneId>,
+    Delivery { idempotency_key, .. }: Delivery,
+    JsonBody { value: draft, memory: _memory }: JsonBody<EpisodesDraft>,
 ) -> Result<Response, Problem> {
-    let scene_id = scenes::parse_id(&scene_id)?;
-    let key = idempotency_key(request.headers())?;
-    if media_type(request.headers()) != "application/json" {
-        let detail = "send application/json such as {\"task\": \"put the apple in the bowl\", \"count\": 50}";
-        return Err(Problem::new(ProblemType::UnsupportedMediaType, "body_format", detail));
-    }
-    let bytes = json_bytes(&api, request.into_body()).await?;
-    let body: EpisodesBody = parse(&bytes)?;
-    body.check_texts(api.settings.max_text_chars)?;
-    let checked = (api.check_episodes)(&body)?;
+    draft.check_texts(api.settings.max_text_chars)?;
+    let order = ordered(&draft)?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let scene = scenes::find(&api, &scene_id).await?;
-    let bundle = ParentBundle::of(&api, &scene, true).await?;
-    let request = json!({ "version": request::VERSION, "order": body });
+    let bundle = parent::bundle_of(&api, &scene, true).await?;
+    let request = order.stored();
     let new = NewRecording {
         tenant_id: DEFAULT_TENANT.clone(),
         body_digest: Digest::of(format!("{scene_id} {request}").as_bytes()),
         scene_id,
         request,
         bundle: bundle.digest,
-        wanted: checked.count,
-        max_attempts: checked.max_attempts,
-        idempotency_key: key,
+        wanted: order.count,
+        max_attempts: order.max_attempts,
+        idempotency_key,
     };
     match api.store.submit_recording(new).await? {
         SubmitRecordingOutcome::Created(id) | SubmitRecordingOutcome::Replayed(id) => {
@@ -119,14 +116,19 @@ pub async fn list(
 }
 
 /// `GET /episodes/{recording_id}`.
-pub async fn show(State(api): State<Api>, Path(recording_id): Path<String>) -> Result<Response, Problem> {
-    let row = find(&api, &parse_id(&recording_id)?).await?;
+pub async fn show(
+    State(api): State<Api>,
+    PathId(recording_id): PathId<RecordingId>,
+) -> Result<Response, Problem> {
+    let row = find(&api, &recording_id).await?;
     Ok(Json(RecordingView::of(&api, row).await?).into_response())
 }
 
 /// `POST /episodes/{recording_id}/cancel`.
-pub async fn cancel(State(api): State<Api>, Path(recording_id): Path<String>) -> Result<Response, Problem> {
-    let recording_id = parse_id(&recording_id)?;
+pub async fn cancel(
+    State(api): State<Api>,
+    PathId(recording_id): PathId<RecordingId>,
+) -> Result<Response, Problem> {
     match api.store.cancel_recording(&DEFAULT_TENANT, &recording_id).await? {
         CancelRecordingOutcome::Accepted => accepted(&api, &recording_id).await,
         CancelRecordingOutcome::TooLate(state) => Err(Problem::new(
@@ -151,7 +153,7 @@ pub struct FileParameters {
 /// `GET /episodes/{recording_id}/files`.
 pub async fn files(
     State(api): State<Api>,
-    Path(recording_id): Path<String>,
+    PathId(recording_id): PathId<RecordingId>,
     Parameters(parameters): Parameters<FileParameters>,
 ) -> Result<Response, Problem> {
     let row = finished(&api, &recording_id).await?;
@@ -167,7 +169,8 @@ pub async fn files(
 /// `GET /episodes/{recording_id}/files/{name}`.
 pub async fn download(
     State(api): State<Api>,
-    Path((recording_id, path)): Path<(String, String)>,
+    PathId(recording_id): PathId<RecordingId>,
+    PathName(path): PathName,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
@@ -192,7 +195,8 @@ pub async fn download(
 /// `GET /episodes/{recording_id}/archives/{format}`.
 pub async fn archive(
     State(api): State<Api>,
-    Path((recording_id, format)): Path<(String, String)>,
+    PathId(recording_id): PathId<RecordingId>,
+    PathName(format): PathName,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
@@ -229,11 +233,6 @@ async fn accepted(api: &Api, recording_id: &RecordingId) -> Result<Response, Pro
     Ok(accepted_at(&view.links.this, &view))
 }
 
-/// The recording id in a path. A text that is no id names no recording.
-pub(super) fn parse_id(text: &str) -> Result<RecordingId, Problem> {
-    text.parse().map_err(|_| Problem::not_found("recording of episodes", text))
-}
-
 /// A recording that is there.
 pub(super) async fn find(api: &Api, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
     let row = api.store.recording(&DEFAULT_TENANT, recording_id).await?;
@@ -241,8 +240,8 @@ pub(super) async fn find(api: &Api, recording_id: &RecordingId) -> Result<Record
 }
 
 /// A recording with a dataset.
-async fn finished(api: &Api, recording_id: &str) -> Result<RecordingRow, Problem> {
-    let row = find(api, &parse_id(recording_id)?).await?;
+async fn finished(api: &Api, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
+    let row = find(api, recording_id).await?;
     let (code, detail) = match row.state {
         RecordingState::Finished => return Ok(row),
         RecordingState::Failed => ("episodes_failed", "these episodes have no files; see the failure"),

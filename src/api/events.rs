@@ -15,7 +15,7 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::sse::{Event as SentEvent, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -26,12 +26,13 @@ use serde_json::json;
 use tokio::time::Instant;
 
 use super::Api;
-use super::error::{Problem, ProblemType};
-use super::jobs;
+use super::extract::PathId;
 use super::query::{PageSize, Parameters, Sequence};
 use super::serve::connection::Connection;
 use super::views::EventView;
+use crate::problem::{Problem, ProblemType};
 use hub::Progress;
+use scene::{JobId, RecordingId};
 use store::StoreError;
 use store::events::Event;
 use stream_limits::StreamSlot;
@@ -52,23 +53,23 @@ pub struct EventParameters {
 /// `GET /jobs/{job_id}/events`.
 pub async fn of_job(
     State(api): State<Api>,
-    Path(job_id): Path<String>,
+    PathId(job_id): PathId<JobId>,
     Parameters(parameters): Parameters<EventParameters>,
     connection: Option<Extension<Arc<Connection>>>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    answer(api, Subject::Job(jobs::parse_id(&job_id)?), parameters, connection, headers).await
+    answer(api, Subject::Job(job_id), parameters, connection, headers).await
 }
 
 /// `GET /episodes/{recording_id}/events`.
 pub async fn of_recording(
     State(api): State<Api>,
-    Path(recording_id): Path<String>,
+    PathId(recording_id): PathId<RecordingId>,
     Parameters(parameters): Parameters<EventParameters>,
     connection: Option<Extension<Arc<Connection>>>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let subject = Subject::Recording(super::episodes::parse_id(&recording_id)?);
+    let subject = Subject::Recording(recording_id);
     answer(api, subject, parameters, connection, headers).await
 }
 

@@ -11,9 +11,9 @@ use bytes::Bytes;
 use super::Api;
 use super::body::{BodyReader, ReceivedBody};
 use super::body_memory::Reservation;
-use super::error::{Problem, ProblemType};
 use super::json_body::parse_apart;
-use super::submission::SceneBody;
+use super::scene_body::SceneBody;
+use crate::problem::{Problem, ProblemType};
 
 /// Content of a form, and the memory of all its fields.
 pub struct Form {

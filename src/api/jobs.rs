@@ -1,9 +1,7 @@
 //! `/jobs`: list, show, stages, cancel, retry.
 
-use std::time::Duration;
-
 use axum::Json;
-use axum::extract::{Path, Request, State};
+use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
@@ -11,10 +9,10 @@ use serde_json::json;
 
 use super::Api;
 use super::accepted::accepted_at;
-use super::error::{Problem, ProblemType};
+use super::extract::{JsonRequest, OptionalJsonBody, PathId};
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters, Time};
-use super::submission::{json_bytes, media_type, parse};
 use super::views::{JobView, StageView};
+use crate::problem::{Problem, ProblemType};
 use crate::spans;
 use scene::JobId;
 use scene::job::{JobKind, JobState};
@@ -73,14 +71,13 @@ pub async fn list(
 }
 
 /// `GET /jobs/{job_id}`.
-pub async fn show(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {
-    let job = find(&api, &parse_id(&job_id)?).await?;
+pub async fn show(State(api): State<Api>, PathId(job_id): PathId<JobId>) -> Result<Response, Problem> {
+    let job = find(&api, &job_id).await?;
     Ok(Json(view(&api, job).await?).into_response())
 }
 
 /// `GET /jobs/{job_id}/stages`.
-pub async fn stages(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {
-    let job_id = parse_id(&job_id)?;
+pub async fn stages(State(api): State<Api>, PathId(job_id): PathId<JobId>) -> Result<Response, Problem> {
     find(&api, &job_id).await?;
     let rows = api.store.stages(&DEFAULT_TENANT, &job_id).await?;
     let views: Vec<StageView> = rows.into_iter().map(StageView::new).collect();
@@ -88,8 +85,7 @@ pub async fn stages(State(api): State<Api>, Path(job_id): Path<String>) -> Resul
 }
 
 /// `POST /jobs/{job_id}/cancel`.
-pub async fn cancel(State(api): State<Api>, Path(job_id): Path<String>) -> Result<Response, Problem> {
-    let job_id = parse_id(&job_id)?;
+pub async fn cancel(State(api): State<Api>, PathId(job_id): PathId<JobId>) -> Result<Response, Problem> {
     match api.store.cancel(&DEFAULT_TENANT, &job_id).await? {
         CancelOutcome::Accepted(_) => {
             let job = find(&api, &job_id).await?;
@@ -107,31 +103,21 @@ pub async fn cancel(State(api): State<Api>, Path(job_id): Path<String>) -> Resul
 /// The optional body of a retry.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-struct RetryBody {
+pub struct RetryBody {
     from_stage: Option<String>,
+}
+
+impl JsonRequest for RetryBody {
+    const EXAMPLE: &str = r#"{"from_stage": "reference"}"#;
 }
 
 /// `POST /jobs/{job_id}/retry`.
 pub async fn retry(
     State(api): State<Api>,
-    Path(job_id): Path<String>,
-    request: Request,
+    PathId(job_id): PathId<JobId>,
+    OptionalJsonBody(body): OptionalJsonBody<RetryBody>,
 ) -> Result<Response, Problem> {
-    let kind = media_type(request.headers());
-    let bytes = json_bytes(&api, request.into_body()).await?;
-    let body: RetryBody = match (bytes.is_empty(), kind.as_str()) {
-        (true, _) => RetryBody::default(),
-        (false, "application/json") => parse(&bytes)?,
-        (false, _) => {
-            return Err(Problem::new(
-                ProblemType::UnsupportedMediaType,
-                "body_format",
-                "send application/json such as {\"from_stage\": \"reference\"}, or no body",
-            ));
-        }
-    };
     let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
-    let job_id = parse_id(&job_id)?;
     match api.store.retry(&DEFAULT_TENANT, &job_id, body.from_stage).await? {
         RetryOutcome::Created { job_id } => {
             let job = find(&api, &job_id).await?;
@@ -160,11 +146,6 @@ pub async fn retry(
     }
 }
 
-/// The job id in a path. A text that is no id names no job.
-pub(super) fn parse_id(text: &str) -> Result<JobId, Problem> {
-    text.parse().map_err(|_| Problem::not_found("job", text))
-}
-
 /// A job that is there.
 pub(super) async fn find(api: &Api, job_id: &JobId) -> Result<JobRow, Problem> {
     let job = api.store.job(&DEFAULT_TENANT, job_id).await?;
@@ -183,21 +164,4 @@ pub(super) async fn views(api: &Api, jobs: Vec<Option<JobRow>>) -> Result<Vec<Op
     let mut outlooks = api.store.outlooks(&DEFAULT_TENANT, &known).await?.into_iter();
     let mut view = |job| JobView::new(job, outlooks.next().unwrap_or_default());
     Ok(jobs.into_iter().map(|job| job.map(&mut view)).collect())
-}
-
-/// Returns when a job has ended, or after `wait`, or when the process is to end.
-pub(super) async fn wait_for(api: &Api, job_id: &JobId, wait: Duration) -> Result<(), Problem> {
-    let deadline = tokio::time::Instant::now() + wait;
-    let mut changes = api.store.changes();
-    loop {
-        let job = api.store.job(&DEFAULT_TENANT, job_id).await?;
-        if job.is_none_or(|job| job.state.is_final()) {
-            return Ok(());
-        }
-        tokio::select! {
-            () = tokio::time::sleep_until(deadline) => return Ok(()),
-            () = api.shutdown.cancelled() => return Ok(()),
-            _ = changes.changed() => {}
-        }
-    }
 }

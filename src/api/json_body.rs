@@ -1,18 +1,16 @@
 //! JSON bodies as types: outlined first, then read straight into their type, large ones apart from the runtime.
 
-use axum::body::Body;
 use axum::http::{HeaderMap, header};
 use serde::de::DeserializeOwned;
-use serde_path_to_error::Segment;
 
-use super::body::{BodyReader, ReceivedBody};
+use super::body::ReceivedBody;
 use super::body_memory::Reservation;
-use super::error::{FieldError, Problem, ProblemType};
-use super::json_detail::json_detail;
 use super::{Api, json_outline};
+use crate::app::json_error::field_error;
+use crate::problem::{Problem, ProblemType};
 
 /// Largest body of a request that names a few values.
-const MAX_SMALL_BODY_BYTES: usize = 64 << 10;
+pub const MAX_SMALL_BODY_BYTES: usize = 64 << 10;
 
 /// JSON up to this size is parsed where it arrives: that takes less than handing it to another thread.
 const MAX_PARSED_IN_PLACE_BYTES: usize = 16 << 10;
@@ -21,15 +19,6 @@ const MAX_PARSED_IN_PLACE_BYTES: usize = 16 << 10;
 pub fn media_type(headers: &HeaderMap) -> String {
     let text = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
     text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase()
-}
-
-/// The body of a request that names a few values.
-///
-/// # Errors
-///
-/// A [`Problem`] where it does not arrive within the limits.
-pub async fn json_bytes(api: &Api, body: Body) -> Result<ReceivedBody, Problem> {
-    BodyReader::of(api, body, MAX_SMALL_BODY_BYTES.min(api.settings.max_body_bytes)).collect().await
 }
 
 /// A typed value out of JSON.
@@ -41,30 +30,6 @@ pub fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
     json_outline::check(bytes)?;
     serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_slice(bytes))
         .map_err(|error| Problem::invalid(vec![field_error(&error)]))
-}
-
-/// Place at which a value stops being of its type, and the reason.
-pub(super) fn field_error(error: &serde_path_to_error::Error<serde_json::Error>) -> FieldError {
-    let mut pointer = String::new();
-    for segment in error.path() {
-        match segment {
-            Segment::Seq { index } => pointer.push_str(&format!("/{index}")),
-            Segment::Map { key } => pointer.push_str(&pointer_segment(key)),
-            Segment::Enum { .. } | Segment::Unknown => {}
-        }
-    }
-    FieldError::new(pointer, detail_of(error.inner()))
-}
-
-/// A name as a segment of a JSON pointer.
-pub(super) fn pointer_segment(name: &str) -> String {
-    let name: String = name.chars().take(200).collect();
-    format!("/{}", name.replace('~', "~0").replace('/', "~1"))
-}
-
-/// The detail of an error of serde, of bounded length.
-pub(super) fn detail_of(error: &serde_json::Error) -> String {
-    json_detail(&error.to_string()).chars().take(300).collect()
 }
 
 /// [`parse`] on a thread that may block, where the body is large. The reservation covers the value.
@@ -93,4 +58,99 @@ pub async fn parse_apart<T: DeserializeOwned + Send + 'static>(
     });
     memory.shrink_to(size);
     Ok((parsed?, memory))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::super::scene_body::SceneBody;
+    use super::*;
+
+    /// Every field of the body with a value of every JSON type.
+    #[test]
+    fn no_detail_of_a_refused_body_names_a_rust_type() {
+        let values = [
+            json!(null),
+            json!(true),
+            json!(-1),
+            json!(1.5),
+            json!(1e300),
+            json!(u64::MAX),
+            json!("x"),
+            json!([]),
+            json!([1, "a"]),
+            json!([1, 2, 3, 4]),
+            json!({}),
+            json!({ "a": 1 }),
+        ];
+        let pointers = [
+            "",
+            "/text",
+            "/image",
+            "/image/base64",
+            "/image/url",
+            "/seed",
+            "/labels",
+            "/labels/k",
+            "/options",
+            "/options/table",
+            "/options/table/shape",
+            "/options/table/size_m",
+            "/options/table/size_m/0",
+            "/options/table/material",
+            "/options/table/color",
+            "/options/table/model",
+            "/options/metric_anchor",
+            "/options/metric_anchor/object",
+            "/options/metric_anchor/width_m",
+            "/options/max_objects",
+            "/options/budget_usd",
+            "/options/robot",
+            "/options/set",
+            "/options/set/k",
+            "/unknown",
+            "/options/unknown",
+        ];
+        let mut refused = 0;
+        for pointer in pointers {
+            for value in &values {
+                let body = placed(pointer, value);
+                let Err(problem) = parse::<SceneBody>(body.to_string().as_bytes()) else { continue };
+                for error in problem.errors {
+                    refused += 1;
+                    let words: Vec<&str> =
+                        error.detail.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').collect();
+                    for rust in [
+                        "u8", "u16", "u32", "u64", "usize", "i32", "i64", "f32", "f64", "struct", "enum",
+                        "tuple", "variant", "map", "sequence", "unit", "array", "invalid", "DVec3",
+                        "integer", "floating",
+                    ] {
+                        assert!(!words.contains(&rust), "{body}: {:?}", error.detail);
+                    }
+                    assert!(
+                        error.detail.starts_with("must ") || error.detail.starts_with("is "),
+                        "{body}: {}",
+                        error.detail
+                    );
+                }
+            }
+        }
+        assert!(refused > 100, "{refused}");
+    }
+
+    /// A body that is valid but for `value` at `pointer`.
+    fn placed(pointer: &str, value: &Value) -> Value {
+        let mut names: Vec<&str> = pointer.split('/').skip(1).collect();
+        let mut value = value.clone();
+        while let Some(name) = names.pop() {
+            value = match name {
+                "0" => json!([value, 1.0, 0.7]),
+                "object" => json!({ "object": value, "width_m": 0.1 }),
+                "width_m" => json!({ "object": "mug", "width_m": value }),
+                _ => json!({ name: value }),
+            };
+        }
+        value
+    }
 }

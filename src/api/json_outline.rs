@@ -4,12 +4,11 @@
 //! It comes before the typed pass. Nested lists and endless maps are refused here at their first excess, before any
 //! value of them is allocated. Serde reads a list as a struct's fields in order, which the contract does not.
 
+use crate::problem::{FieldError, Problem, ProblemType};
 use std::fmt;
 use std::fmt::Write as _;
 
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
-
-use super::error::{FieldError, Problem, ProblemType};
 
 /// Levels of lists and objects; a body has five.
 const MAX_DEPTH: usize = 8;

@@ -14,7 +14,7 @@ use tracing::{Instrument, Span};
 use uuid::Uuid;
 
 use super::Api;
-use super::error::{Problem, ProblemType};
+use crate::problem::{Problem, ProblemType};
 use crate::spans;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");

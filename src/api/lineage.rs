@@ -1,15 +1,16 @@
 //! `/scenes/{scene_id}/lineage`: what a scene was made from, by which operations, and what was made from it.
 
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use serde_json::Value;
 
 use super::Api;
-use super::error::Problem;
-use super::scenes::{find, latest_job, parse_id};
+use super::extract::PathId;
+use super::scenes::{find, latest_job};
 use super::views::{StageView, timestamp};
+use crate::problem::Problem;
 use scene::SceneId;
 use store::DEFAULT_TENANT;
 use store::scenes::{SceneFilter, SceneRow};
@@ -67,8 +68,7 @@ impl LineageEntry {
 }
 
 /// `GET /scenes/{scene_id}/lineage`.
-pub async fn show(State(api): State<Api>, Path(scene_id): Path<String>) -> Result<Response, Problem> {
-    let scene_id = parse_id(&scene_id)?;
+pub async fn show(State(api): State<Api>, PathId(scene_id): PathId<SceneId>) -> Result<Response, Problem> {
     let scene = find(&api, &scene_id).await?;
     let ancestors = api.store.ancestors(&DEFAULT_TENANT, &scene_id, MAX_ANCESTORS).await?;
     let children =

@@ -4,74 +4,68 @@ use futures::TryStreamExt;
 use tokio::sync::OwnedSemaphorePermit;
 
 use super::Api;
-use super::error::{Problem, ProblemType};
 use super::rebuild::missing_bytes;
+use crate::app::edit_scene::ParentBundle;
+use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
 use scene::job::SceneState;
+use store::DEFAULT_TENANT;
 use store::scenes::SceneRow;
-use store::{DEFAULT_TENANT, Digest};
 
-/// The bundle of a parent: what a request for a scene made from it names.
-#[derive(Clone, Debug)]
-pub struct ParentBundle {
-    /// Id in its `scene.json`.
-    pub id: String,
-    /// Of its archive.
-    pub digest: Digest,
+/// The stored bundle of a scene.
+///
+/// # Errors
+///
+/// A [`Problem`] where the scene is not finished, is quarantined and that is not allowed, or its bundle is gone.
+pub(super) async fn bundle_of(
+    api: &Api,
+    scene: &SceneRow,
+    allow_quarantined: bool,
+) -> Result<ParentBundle, Problem> {
+    check_state(scene, allow_quarantined)?;
+    let Some(archive) = api.store.archive(&DEFAULT_TENANT, &scene.id, "all").await? else {
+        let detail =
+            "the bundle of this quarantined scene was removed after its time; submit the scene again";
+        return Err(Problem::new(ProblemType::Gone, "bundle_removed", detail));
+    };
+    let start = 0..archive.size.min(MAX_HEADER_BYTES);
+    let Some(mut parts) = api.store.blobs().stream(&archive.digest, Some(start)).await? else {
+        return Err(missing_bytes(api, &scene.id).await);
+    };
+    let mut start = Vec::new();
+    while let Some(part) = parts.try_next().await? {
+        start.extend_from_slice(&part);
+    }
+    let Some(id) = bundle_id(&start) else {
+        let detail = "the bundle of this scene cannot be read; submit the scene again";
+        return Err(Problem::new(ProblemType::Internal, "bundle_unreadable", detail));
+    };
+    Ok(ParentBundle { id, digest: archive.digest })
 }
 
-impl ParentBundle {
-    /// The stored bundle of a scene.
-    ///
-    /// # Errors
-    ///
-    /// A [`Problem`] where the scene is not finished, is quarantined and that is not allowed, or its bundle is gone.
-    pub(super) async fn of(api: &Api, scene: &SceneRow, allow_quarantined: bool) -> Result<Self, Problem> {
-        check_state(scene, allow_quarantined)?;
-        let Some(archive) = api.store.archive(&DEFAULT_TENANT, &scene.id, "all").await? else {
-            let detail =
-                "the bundle of this quarantined scene was removed after its time; submit the scene again";
-            return Err(Problem::new(ProblemType::Gone, "bundle_removed", detail));
-        };
-        let start = 0..archive.size.min(MAX_HEADER_BYTES);
-        let Some(mut parts) = api.store.blobs().stream(&archive.digest, Some(start)).await? else {
-            return Err(missing_bytes(api, &scene.id).await);
-        };
-        let mut start = Vec::new();
-        while let Some(part) = parts.try_next().await? {
-            start.extend_from_slice(&part);
-        }
-        let Some(id) = bundle_id(&start) else {
-            let detail = "the bundle of this scene cannot be read; submit the scene again";
-            return Err(Problem::new(ProblemType::Internal, "bundle_unreadable", detail));
-        };
-        Ok(Self { id, digest: archive.digest })
-    }
-
-    /// Computes with the archive, off the threads that serve requests, and keeps `permit` until that is done.
-    ///
-    /// # Errors
-    ///
-    /// A [`Problem`] where the bytes are gone, where `work` fails, and where it panics.
-    pub(super) async fn compute<T: Send + 'static>(
-        &self,
-        api: &Api,
-        scene_id: &SceneId,
-        permit: OwnedSemaphorePermit,
-        work: impl FnOnce(&[u8]) -> Result<T, Problem> + Send + 'static,
-    ) -> Result<T, Problem> {
-        let Some(archive) = api.store.blobs().get(&self.digest).await? else {
-            return Err(missing_bytes(api, scene_id).await);
-        };
-        let computed = tokio::task::spawn_blocking(move || {
-            let _permit = permit;
-            work(&archive)
-        });
-        computed.await.unwrap_or_else(|_| {
-            let detail = "a bug stopped this computation; the log has the details under this request id";
-            Err(Problem::new(ProblemType::Internal, "internal_error", detail))
-        })
-    }
+/// Computes with the archive of a bundle, off the threads that serve requests, and keeps `permit` until that is done.
+///
+/// # Errors
+///
+/// A [`Problem`] where the bytes are gone, where `work` fails, and where it panics.
+pub(super) async fn compute_with<T: Send + 'static>(
+    api: &Api,
+    scene_id: &SceneId,
+    bundle: &ParentBundle,
+    permit: OwnedSemaphorePermit,
+    work: impl FnOnce(&[u8]) -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    let Some(archive) = api.store.blobs().get(&bundle.digest).await? else {
+        return Err(missing_bytes(api, scene_id).await);
+    };
+    let computed = tokio::task::spawn_blocking(move || {
+        let _permit = permit;
+        work(&archive)
+    });
+    computed.await.unwrap_or_else(|_| {
+        let detail = "a bug stopped this computation; the log has the details under this request id";
+        Err(Problem::new(ProblemType::Internal, "internal_error", detail))
+    })
 }
 
 fn check_state(scene: &SceneRow, allow_quarantined: bool) -> Result<(), Problem> {

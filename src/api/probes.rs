@@ -10,8 +10,8 @@ use serde_json::json;
 
 use super::Api;
 use super::download::served_as;
-use super::error::{Problem, ProblemType};
-use super::process_metrics;
+use crate::app::metrics::process;
+use crate::problem::{Problem, ProblemType};
 use store::Outage;
 
 /// The contract, as it lies in the repository.
@@ -61,7 +61,7 @@ pub async fn metrics(State(api): State<Api>) -> Response {
     let is_out = api.store.outage().borrow().is_some();
     metrics::gauge!("tabletopgen_store_outage").set(f64::from(u8::from(is_out)));
     metrics::gauge!("tabletopgen_body_memory_limit_bytes").set(api.settings.body_memory_bytes as f64);
-    process_metrics::collect();
+    process::collect();
     api.metrics.run_upkeep();
     let kind = [(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")];
     (kind, api.metrics.render()).into_response()

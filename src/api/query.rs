@@ -1,5 +1,6 @@
 //! Query parameters: a typed extractor, and the types of the parameters that several routes have.
 
+use crate::problem::{Problem, ProblemType};
 use axum::extract::FromRequestParts;
 use axum::extract::Query;
 use axum::http::request::Parts;
@@ -9,7 +10,6 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use uuid::Uuid;
 
-use super::error::{Problem, ProblemType};
 use scene::labels::is_label;
 
 /// The parameters of a query as a struct, which should deny unknown fields. A parameter that is unknown, repeated or
@@ -26,11 +26,16 @@ impl<T: DeserializeOwned, S: Sync> FromRequestParts<S> for Parameters<T> {
                 // The source names the parameter; the rejection itself repeats it behind a fixed sentence.
                 let reason = std::error::Error::source(&rejection)
                     .map_or_else(|| rejection.body_text(), ToString::to_string);
-                let detail = format!("query parameters: {reason}");
-                Err(Problem::new(ProblemType::MalformedRequest, "invalid_parameter", detail))
+                Err(invalid_parameter(&reason))
             }
         }
     }
+}
+
+/// The refusal of a query of which a parameter will not do.
+pub fn invalid_parameter(reason: &str) -> Problem {
+    let detail = format!("query parameters: {reason}");
+    Problem::new(ProblemType::MalformedRequest, "invalid_parameter", detail)
 }
 
 /// Number of items of a page, 1 to 200; 50 if absent.

@@ -1,7 +1,7 @@
 //! The answer where stored bytes of a scene are gone or damaged: a job makes them again.
 
 use super::Api;
-use super::error::{Problem, ProblemType};
+use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
 use store::DEFAULT_TENANT;
 use store::rebuild::RebuildOutcome;

@@ -1,17 +1,18 @@
 //! `/scenes`: submit, list, show, delete.
 
 use axum::Json;
-use axum::extract::{Path, Request, State};
+use axum::extract::{Request, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::enqueue::{Delivery, enqueue};
-use super::error::{Problem, ProblemType};
+use super::extract::PathId;
 use super::query::{IdFilter, LabelFilter, Page, PageSize, PageToken, Parameters, Time};
 use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
-use super::{Api, jobs, submission};
+use super::{Api, jobs, scene_body};
+use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
 use scene::job::SceneState;
 use store::DEFAULT_TENANT;
@@ -29,12 +30,12 @@ pub struct SubmitParameters {
 pub async fn submit(
     State(api): State<Api>,
     Parameters(SubmitParameters { validate_only }): Parameters<SubmitParameters>,
+    delivery: Delivery,
     request: Request,
 ) -> Result<Response, Problem> {
-    let delivery = Delivery::of(&api, request.headers())?;
-    let submission = submission::receive(&api, request).await?;
+    let (submission, _memory) = scene_body::receive(&api, request).await?;
     if validate_only {
-        let text = (api.understand)(&submission.request).map_err(|error| Problem::invalid(vec![error]))?;
+        let text = api.app.account(&submission.request).map_err(|error| Problem::invalid(vec![error]))?;
         let document = json!({ "valid": true, "request": submission.request, "text": text });
         return Ok(Json(document).into_response());
     }
@@ -86,8 +87,7 @@ struct ScenePage {
 }
 
 /// `GET /scenes/{scene_id}`.
-pub async fn show(State(api): State<Api>, Path(scene_id): Path<String>) -> Result<Response, Problem> {
-    let scene_id = parse_id(&scene_id)?;
+pub async fn show(State(api): State<Api>, PathId(scene_id): PathId<SceneId>) -> Result<Response, Problem> {
     let scene = find(&api, &scene_id).await?;
     let job = latest_job(&api, &scene_id).await?;
     let stages = match &job {
@@ -105,17 +105,14 @@ pub async fn show(State(api): State<Api>, Path(scene_id): Path<String>) -> Resul
 }
 
 /// `DELETE /scenes/{scene_id}`.
-pub async fn remove(State(api): State<Api>, Path(scene_id): Path<String>) -> Result<StatusCode, Problem> {
-    let scene_id = parse_id(&scene_id)?;
+pub async fn remove(
+    State(api): State<Api>,
+    PathId(scene_id): PathId<SceneId>,
+) -> Result<StatusCode, Problem> {
     match api.store.delete_scene(&DEFAULT_TENANT, &scene_id).await? {
         DeleteOutcome::Done => Ok(StatusCode::NO_CONTENT),
         DeleteOutcome::NotFound => Err(Problem::not_found("scene", scene_id.as_str())),
     }
-}
-
-/// The scene id in a path. A text that is no id names no scene.
-pub(super) fn parse_id(text: &str) -> Result<SceneId, Problem> {
-    text.parse().map_err(|_| Problem::not_found("scene", text))
 }
 
 /// A scene that is there.

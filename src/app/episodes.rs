@@ -1,22 +1,27 @@
 //! Demonstrations of tasks in the scene of a bundle, recorded as a dataset that policies are trained on.
 
-mod body;
 mod card;
 mod distractors;
+pub mod draft;
 pub mod order;
+mod reading;
 pub mod recorder;
 pub mod regenerate;
 mod unit_folder;
 
 use std::collections::BTreeSet;
 
-use super::activity::{Watch, staged};
+use serde_json::Value;
+
+use super::App;
+use super::activity::{Watch, staged, unwatched};
 use super::executions::meshes::scene_meshes;
-use super::executions::{task_of, task_scene};
+use super::executions::{bundle_of, task_of, task_scene};
 use super::grasps::known_grasps;
-use crate::api::error::{FieldError, Problem, ProblemType};
 use crate::config::Resolved;
-use crate::pipeline::task_scene::{BundleScene, of_archive};
+use crate::pipeline::task_scene::BundleScene;
+use crate::problem::{FieldError, Problem, ProblemType};
+use crate::recorder::Preparation;
 use demonstrations::camera::usual;
 use demonstrations::setup::{SceneParts, Wanted, prepare};
 use demonstrations::{CameraSpec, Setup, SetupError, Work};
@@ -24,13 +29,27 @@ use episodes::EpisodeError;
 use robot::model::Robot;
 use store::Digest;
 
-pub use body::ordered;
 pub use card::card;
 use distractors::distractors;
 pub use order::{Cameras, EpisodesOrder};
+pub use reading::{ordered, stated};
 
 /// The stage in which the grasps of a task are tried, and the base of the robot is placed.
 const PREPARE: &str = "prepare";
+
+impl App {
+    /// Prepares attempts of a stored order in the scene of an archive. It computes for seconds, so it blocks.
+    ///
+    /// # Errors
+    ///
+    /// As [`setup`], and for an order of another version.
+    pub fn prepare_recording(&self, archive: &[u8], order: &Value) -> Result<Preparation, Problem> {
+        let order = EpisodesOrder::of_stored(order)?;
+        let setup = setup(archive, &order, self.resolved(), &unwatched)?;
+        let card = card(order.title(), self.resolved(), &setup);
+        Ok(Preparation { setup, card, keeps_failures: order.keeps_failures })
+    }
+}
 
 /// Prepares the data that all demonstrations of an order share. Takes seconds: grasps are tried in simulation, and
 /// distractors made.
@@ -65,10 +84,6 @@ pub fn setup(
         place: None,
     };
     Setup::new(parts, robot, works, wanted, &resolved.config.execution).map_err(|error| refused(&error))
-}
-
-fn bundle_of(archive: &[u8]) -> Result<BundleScene, Problem> {
-    of_archive(archive).map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))
 }
 
 fn parts_of(archive: &[u8], bundle: &BundleScene) -> Result<SceneParts, Problem> {

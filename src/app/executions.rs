@@ -2,31 +2,33 @@
 
 pub mod files;
 pub mod meshes;
+pub mod order;
 pub mod parquet_table;
 pub mod video;
 
-use std::sync::Arc;
-
+use super::App;
 use super::activity::{Watch, staged, unwatched};
 use super::grasps::{broken, known_grasps};
 use super::tasks::{instructed_task, robot_named};
-use crate::api::error::{FieldError, Problem, ProblemType};
-use crate::api::executions::{BasePlace, CheckExecution, ExecutionFormat, ExecutionRequest, RequestedTask};
 use crate::config::Resolved;
-use crate::executor::{self, Answer, Execute};
+use crate::executor::Answer;
 use crate::pipeline::task_scene::{BundleScene, of_archive, simulated};
+use crate::problem::{Problem, ProblemType};
 use export::archive::zip_files;
 use geometry::{DVec3, Pose};
 use manipulation::execution::{Execution, KnownGrasps, Refusal, RobotStart, TaskScene, check_base, execute};
 use manipulation::frames::to_isometry;
 use robot::model::Robot;
 use runtime::seed::child_rng;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tasks::Task;
 
+use order::{BasePlace, ExecutionFormat, ExecutionOrder};
+
 /// Source of the task.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum TaskSource {
     /// An instruction in words.
     Text(String),
@@ -34,6 +36,14 @@ pub enum TaskSource {
 }
 
 impl TaskSource {
+    /// The instruction in words.
+    pub fn instruction(&self) -> &str {
+        match self {
+            Self::Text(text) => text.trim(),
+            Self::Task(task) => &task.instruction,
+        }
+    }
+
     /// The robot that does it: the one that a task names, else the given one.
     fn robot<'a>(&'a self, given: &'a str) -> &'a str {
         match self {
@@ -52,60 +62,40 @@ pub struct Executed {
     pub execution: Execution,
 }
 
-/// Checks requests before they are enqueued, for the interface.
-pub fn check() -> CheckExecution {
-    Arc::new(|request| {
-        let (source, robot) = source_of(&request.task)?;
-        robot_named(source.robot(&robot)).map(drop)
-    })
-}
-
-/// Executes stored requests, for the executor.
-pub fn execute_stored(resolved: &Resolved) -> Execute {
-    let resolved = resolved.clone();
-    Arc::new(move |archive: &[u8], request: &Value| {
-        let request = ExecutionRequest::of_stored(request).map_err(|error| executor::Refusal {
-            code: "another_version",
-            message: format!(
-                "the stored request belongs to another version ({error}); execute the task again"
-            ),
-            is_of_request: true,
+impl App {
+    /// Executes the stored order of an execution in the scene of an archive. It computes for seconds, so it blocks.
+    ///
+    /// # Errors
+    ///
+    /// A [`Problem`] with the code of the refusal, where the task is not attempted.
+    pub fn execute_stored(&self, archive: &[u8], order: &Value) -> Result<Answer, Problem> {
+        let order = ExecutionOrder::of_stored(order).map_err(|error| {
+            let detail =
+                format!("the stored request belongs to another version ({error}); execute the task again");
+            Problem::new(ProblemType::InvalidRequest, "another_version", detail)
         })?;
-        answer(archive, &request, &resolved).map_err(|problem| executor::Refusal {
-            code: problem.own_code(),
-            is_of_request: problem.kind == ProblemType::InvalidRequest,
-            message: problem.message(),
-        })
-    })
-}
-
-fn answer(archive: &[u8], request: &ExecutionRequest, resolved: &Resolved) -> Result<Answer, Problem> {
-    let (source, robot) = source_of(&request.task)?;
-    let bundle = of_archive(archive)
-        .map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))?;
-    let executed = run(&bundle, source, &robot, request.base, request.seed, resolved, &unwatched)?;
-    if request.format == ExecutionFormat::Json {
-        let document = files::document(&executed).to_string();
-        return Ok(Answer { bytes: document.into(), media_type: "application/json" });
-    }
-    let written = files::all_files(archive, &executed, request.video)?;
-    let zipped = zip_files(&written, "execution/").map_err(|error| {
-        Problem::new(ProblemType::Internal, "archive_failed", format!("packing the execution: {error}"))
-    })?;
-    Ok(Answer { bytes: zipped.into(), media_type: "application/zip" })
-}
-
-/// The task of a request, and the robot of an instruction in words.
-fn source_of(task: &RequestedTask) -> Result<(TaskSource, String), Problem> {
-    match task {
-        RequestedTask::Text { text, robot } => Ok((TaskSource::Text(text.clone()), robot.clone())),
-        RequestedTask::Task(task) => {
-            let task = Task::deserialize(task).map_err(|error| {
-                Problem::invalid(vec![FieldError::new("/task", format!("is no task: {error}"))])
-            })?;
-            Ok((TaskSource::Task(Box::new(task)), String::new()))
+        let ExecutionOrder { task, robot, seed, base, video, format } = order;
+        let bundle = bundle_of(archive)?;
+        let executed = run(&bundle, task, &robot, base, seed, self.resolved(), &unwatched)?;
+        if format == ExecutionFormat::Json {
+            let document = files::document(&executed).to_string();
+            return Ok(Answer { bytes: document.into(), media_type: "application/json" });
         }
+        let written = files::all_files(archive, &executed, video)?;
+        let zipped = zip_files(&written, "execution/").map_err(|error| {
+            Problem::new(ProblemType::Internal, "archive_failed", format!("packing the execution: {error}"))
+        })?;
+        Ok(Answer { bytes: zipped.into(), media_type: "application/zip" })
     }
+}
+
+/// The scene of an archive, as tasks are done in it.
+///
+/// # Errors
+///
+/// A [`Problem`] for an archive that cannot be read.
+pub fn bundle_of(archive: &[u8]) -> Result<BundleScene, Problem> {
+    of_archive(archive).map_err(|error| Problem::new(ProblemType::Conflict, error.code, error.message))
 }
 
 /// Executes a task, with the base of the robot at a given place or where it is best. Takes seconds: grasps are tried in

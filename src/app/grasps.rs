@@ -4,9 +4,9 @@
 //! tried where shapes alone would refuse an object, and before every execution.
 
 use super::activity::{Watch, staged};
-use crate::api::error::{Problem, ProblemType};
 use crate::config::Config;
 use crate::pipeline::task_scene::BundleScene;
+use crate::problem::{Problem, ProblemType};
 use manipulation::execution::{GraspBook, KnownGrasps, TaskScene};
 use manipulation::grasp::{GraspSettings, grasps_of_file};
 use manipulation::world::WorldError;

@@ -4,7 +4,7 @@
 use tokio_util::sync::CancellationToken;
 
 use super::AppError;
-use crate::api::submission::Submission;
+use super::submission::Submission;
 use crate::config::Config;
 use crate::worker::BuildScene;
 use scene::{JobId, SceneId};

@@ -5,12 +5,13 @@
 //! labels have a few known values exist from the start with the value 0: a rate over a series that appears with its
 //! first failure would miss that failure.
 
+pub mod process;
+
 use std::sync::OnceLock;
 
 use metrics::Recorder;
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 
-use crate::api::process_metrics;
 use scene::job::FailureClass;
 
 /// A metric family.
@@ -192,7 +193,7 @@ fn install() -> PrometheusHandle {
     // A recorder that is installed already stays; `/metrics` is then empty.
     let _ = metrics::set_global_recorder(recorder);
     start_at_zero();
-    process_metrics::collect();
+    process::collect();
     handle
 }
 

@@ -3,28 +3,25 @@
 use std::sync::Arc;
 
 use futures::FutureExt;
-use serde_json::json;
 
 use super::features::Features;
-use super::network;
 use super::remote::Remote;
-use crate::api::error::ProblemType;
-use crate::api::{FieldError, Predict, Problem, ReadInstruction, Understand, Validate};
+use super::{App, network};
 use crate::config::{Config, ConfigErrors, Resolved};
 use crate::pipeline;
 use crate::pipeline::Settings;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resources::StageResources;
+use crate::problem::FieldError;
 use crate::worker::{BuildScene, JobContext};
-use editing::instruction;
 use embedded::single_view_reconstruction::{ReadingNetwork, SingleViewSettings};
 use embedded::{EmbeddedSettings, analyst};
 use gpu::Compute;
 use ports::Ports;
 use remote::settings::AnalystProvider;
-use runtime::CancelFlag;
+use scene::SceneRequest;
 use scene::request::RequestOptions;
-use scene::{Input, SceneRequest};
+use scene::text_account::TextAccount;
 
 /// Models made when the program started: networks read from files of weights, and remote models.
 #[derive(Clone)]
@@ -62,18 +59,33 @@ pub fn build_pipeline(resolved: &Resolved) -> Result<BuildScene, ConfigErrors> {
     }))
 }
 
-/// Checks `options.set` against the configuration, and `options.robot` against the robots that are known.
-pub fn validate(resolved: &Resolved) -> Validate {
-    let resolved = resolved.clone();
-    Arc::new(move |request: &SceneRequest| {
+impl App {
+    /// Violations of a request of which only the configuration knows: settings in `options.set`, and unknown robots.
+    pub fn violations(&self, request: &SceneRequest) -> Vec<FieldError> {
         let mut errors: Vec<FieldError> = unknown_robot(&request.options).into_iter().collect();
         if !request.options.set.is_empty() {
-            let wrong = resolved.with(&request.options.set).err().map_or_else(Vec::new, |errors| errors.0);
+            let wrong =
+                self.resolved.with(&request.options.set).err().map_or_else(Vec::new, |errors| errors.0);
             let place = |key: &str| format!("/options/set/{}", key.replace('~', "~0").replace('/', "~1"));
             errors.extend(wrong.into_iter().map(|error| FieldError::new(place(&error.key), error.detail)));
         }
         errors
-    })
+    }
+
+    /// The account of a request's text by the embedded parser, without making a scene; `None` for an image, and where a
+    /// remote model reads texts.
+    ///
+    /// # Errors
+    ///
+    /// That of the field `/text`.
+    pub fn account(&self, request: &SceneRequest) -> Result<Option<TextAccount>, FieldError> {
+        let analysts = &self.config().providers.analyst;
+        let is_embedded = analysts.iter().all(|provider| *provider == AnalystProvider::Embedded);
+        let Some(text) = request.input.text().filter(|_| is_embedded) else { return Ok(None) };
+        let described = analyst::describe(text, request.seed, &request.options, &self.config().analyst);
+        let account = described.map(|description| Some(description.account()));
+        account.map_err(|error| FieldError::new("/text", error.to_string()))
+    }
 }
 
 fn unknown_robot(options: &RequestOptions) -> Option<FieldError> {
@@ -81,58 +93,6 @@ fn unknown_robot(options: &RequestOptions) -> Option<FieldError> {
     let known: Vec<&str> = robot::model::library::names().collect();
     let detail = || format!("must be one of {}, not {name:?}", known.join(", "));
     (!known.contains(&name)).then(|| FieldError::new("/options/robot", detail()))
-}
-
-/// The account of a request's text by the embedded parser, if it is the one that describes texts.
-pub fn understand(resolved: &Resolved) -> Understand {
-    let analysts = &resolved.config.providers.analyst;
-    let is_embedded = analysts.iter().all(|provider| *provider == AnalystProvider::Embedded);
-    let settings = resolved.config.analyst.clone();
-    Arc::new(move |request: &SceneRequest| match request.input.text() {
-        Some(text) if is_embedded => {
-            let described = analyst::describe(text, request.seed, &request.options, &settings);
-            let account = described.map(|description| Some(description.account()));
-            account.map_err(|error| FieldError::new("/text", error.to_string()))
-        }
-        _ => Ok(None),
-    })
-}
-
-/// Reads the operations of an instruction in words.
-pub fn read_instruction() -> ReadInstruction {
-    Arc::new(|text: &str| {
-        instruction::read(text).map_err(|error| FieldError::new("/text", error.to_string()))
-    })
-}
-
-/// Predicts places and collisions of an edit, with the settings that its request asks for.
-pub fn predict(resolved: &Resolved) -> Predict {
-    let resolved = resolved.clone();
-    let shared = stages(&resolved.config);
-    Arc::new(move |request: &SceneRequest, archive: &[u8]| {
-        let Input::Edit { operations, .. } = &request.input else { return Ok(None) };
-        let own = match request.options.set.is_empty() {
-            true => None,
-            false => Some(own_settings(&resolved, request).map_err(not_predicted)?),
-        };
-        let settings = own.as_ref().unwrap_or(&shared);
-        // Nothing can ask it to stop: it takes as long as the placement of a few objects.
-        let predicted = pipeline::edit::predict(archive, operations, settings, &CancelFlag::default());
-        predicted.map(|prediction| Some(json!(prediction))).map_err(not_predicted)
-    })
-}
-
-/// Reason why there is no prediction, for the client.
-fn not_predicted(error: StageError) -> Problem {
-    let kind = match error.code {
-        "edit_refused" | "settings_invalid" => ProblemType::InvalidRequest,
-        "parent_unreadable" => ProblemType::Conflict,
-        _ => {
-            tracing::error!(error = error.chain(), "an edit could not be predicted");
-            ProblemType::Internal
-        }
-    };
-    Problem::new(kind, error.code, error.message)
 }
 
 /// The settings of one request; it was checked when it came, but the server may have been configured
@@ -145,8 +105,8 @@ fn own(
     Ok(assembled(&with_own(resolved, request)?, models))
 }
 
-/// The settings of the stages alone.
-fn own_settings(resolved: &Resolved, request: &SceneRequest) -> Result<Settings, StageError> {
+/// The settings of the stages for one request.
+pub(super) fn own_settings(resolved: &Resolved, request: &SceneRequest) -> Result<Settings, StageError> {
     Ok(stages(&with_own(resolved, request)?.config))
 }
 

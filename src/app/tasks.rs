@@ -1,23 +1,20 @@
 //! Tasks for a robot in the scene of a bundle: proposed by rules, read from an instruction, or the scene's own.
 
-use std::sync::Arc;
+use serde::{Deserialize, Serialize};
 
-use serde::Serialize;
-use serde_json::json;
-
+use super::App;
 use super::activity::{Activity, Watch, staged, unwatched};
-use super::executions::task_scene as simulated_scene;
+use super::executions::{bundle_of, task_scene as simulated_scene};
 use super::grasps::{known_grasps, limits, note, note_wide};
-use crate::api::error::{FieldError, Problem, ProblemType};
-use crate::api::tasks::{ProposeTasks, TasksRequest};
+use super::submission::check_text;
 use crate::config::Resolved;
-use crate::pipeline::error::StageError;
-use crate::pipeline::task_scene::{self, BundleScene};
+use crate::pipeline::task_scene::BundleScene;
+use crate::problem::{FieldError, Problem, ProblemType};
 use embedded::analyst;
 use manipulation::execution::{KnownGrasps, Rehearsal};
 use remote::settings::AnalystProvider;
 use robot::model::{Robot, library};
-use scene::request::RequestOptions;
+use scene::request::{MAX_SEED, RequestOptions};
 use tasks::proposals::{ProposedTask, propose, propose_if};
 use tasks::text::own_task;
 use tasks::{Reading, Refusal, Task, validate};
@@ -36,15 +33,79 @@ pub struct SceneTasks {
     pub proposed: Vec<ProposedTask>,
 }
 
-/// Proposes tasks for scenes, or reads them. A scene's text is read by the embedded parser.
-pub fn propose_tasks(resolved: &Resolved) -> ProposeTasks {
-    let resolved = resolved.clone();
-    Arc::new(move |archive: &[u8], request: &TasksRequest| {
+/// Most tasks of one answer.
+pub const MAX_TASKS: usize = 50;
+/// Most of those that are rehearsed.
+const MAX_REHEARSED: usize = 10;
+
+/// Request for the tasks of a scene.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TasksRequest {
+    /// Name of a robot in `config/robots/`.
+    pub robot: String,
+    /// Number of proposals, 1..=50.
+    pub count: usize,
+    /// The same scene, seed and robot give the same proposals.
+    pub seed: u64,
+    /// An instruction to read in place of proposals.
+    pub text: Option<String>,
+    /// Whether only tasks are proposed whose grasps hold in simulation and whose motions the arm can make. Takes
+    /// seconds for each object. An instruction is not rehearsed.
+    pub rehearsed: bool,
+}
+
+impl Default for TasksRequest {
+    fn default() -> Self {
+        Self { robot: "panda".to_owned(), count: 5, seed: 0, text: None, rehearsed: true }
+    }
+}
+
+impl TasksRequest {
+    /// Checks that every value is in its range.
+    ///
+    /// # Errors
+    ///
+    /// The first value that is not.
+    pub fn check(&self, max_text_chars: usize) -> Result<(), FieldError> {
+        let wrong = |name: &str, why: String| Err(FieldError::new(format!("/{name}"), why));
+        if !(1..=MAX_TASKS).contains(&self.count) {
+            return wrong("count", format!("must be a whole number from 1 to {MAX_TASKS}"));
+        }
+        if self.is_rehearsed() && self.count > MAX_REHEARSED {
+            let why = format!(
+                "must be at most {MAX_REHEARSED} where tasks are rehearsed; more are proposed with rehearsed=false \
+                 (--no-rehearse)"
+            );
+            return wrong("count", why);
+        }
+        if self.seed > MAX_SEED {
+            return wrong("seed", format!("must be at most {MAX_SEED}"));
+        }
+        match &self.text {
+            Some(text) => check_text(text, max_text_chars).map_or_else(|why| wrong("text", why), |_| Ok(())),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether proposals are asked for that are rehearsed.
+    pub fn is_rehearsed(&self) -> bool {
+        self.rehearsed && self.text.is_none()
+    }
+}
+
+impl App {
+    /// Proposes tasks in the scene of an archive, or reads them. The scene's text is read by the embedded parser. It
+    /// computes, so it blocks.
+    ///
+    /// # Errors
+    ///
+    /// As [`tasks_of`], and for an archive that cannot be read.
+    pub fn propose_tasks(&self, archive: &[u8], request: &TasksRequest) -> Result<SceneTasks, Problem> {
         // An unknown robot is found before the bundle is unpacked.
         let robot = robot_named(&request.robot)?;
-        let bundle = task_scene::of_archive(archive).map_err(unreadable)?;
-        tasks_of(&bundle, request, &robot, &resolved, &unwatched).map(|found| json!(found))
-    })
+        tasks_of(&bundle_of(archive)?, request, &robot, self.resolved(), &unwatched)
+    }
 }
 
 /// The tasks of a scene that was read, for the robot of the request.
@@ -156,8 +217,4 @@ pub fn robot_named(name: &str) -> Result<Robot, Problem> {
 
 fn refused(refusal: &Refusal) -> Problem {
     Problem::new(ProblemType::InvalidRequest, refusal.code(), refusal.to_string())
-}
-
-fn unreadable(error: StageError) -> Problem {
-    Problem::new(ProblemType::Conflict, error.code, error.message)
 }

@@ -10,12 +10,12 @@ use super::bundle_input::BundleInput;
 use super::generate::refused;
 use super::local_job::{JobConfig, JobOptions};
 use super::{Exit, Failure, certificate, input_file, scene_summary, terminal};
-use crate::api::edits::{self, EditBody, EditOptions};
-use crate::api::parent::ParentBundle;
-use crate::api::submission::Submission;
-use crate::app;
-use crate::app::config::Resolved;
+use crate::app::App;
+use crate::app::edit_scene::{EditOrder, ParentBundle};
+use crate::app::submission::Submission;
+use crate::app::terms::Terms;
 use scene::edit::EditAccount;
+use scene::request::RequestOptions;
 use store::Digest;
 
 /// Arguments of `edit`.
@@ -52,23 +52,14 @@ fn edit(mut arguments: Arguments) -> Result<Exit, Failure> {
     let id = bundle.scene()?.id;
     let archive = bundle.into_archive()?;
     let parent = ParentBundle { id, digest: Digest::of(&archive) };
-    let body = EditBody {
-        operations,
-        text: arguments.text.clone(),
-        seed: arguments.job.seed,
-        options: EditOptions { set: own, robot: arguments.job.robot.clone(), ..EditOptions::default() },
-        ..EditBody::default()
-    };
-    let submission = edits::validate(
-        body,
-        &parent,
-        resolved.config.server.max_text_chars,
-        &app::pipeline::validate(&resolved),
-        &app::pipeline::read_instruction(),
-    )
-    .map_err(|problem| refused(problem, "--text"))?;
+    let options =
+        RequestOptions { set: own, robot: arguments.job.robot.clone(), ..RequestOptions::default() };
+    let terms = Terms { seed: arguments.job.seed, options, ..Terms::default() };
+    let order = EditOrder { operations, text: arguments.text.clone(), terms };
+    let app = App::new(&resolved);
+    let submission = app.check_edit(order, &parent).map_err(|problem| refused(problem, "--text"))?;
     if arguments.dry_run {
-        return predict(&resolved, &submission, &archive);
+        return predict(&app, &submission, &archive);
     }
     let place = arguments.job.place(&inputs(&arguments))?;
     let submission = Submission { bundle: Some(archive.into()), ..submission };
@@ -91,8 +82,8 @@ fn inputs(arguments: &Arguments) -> Vec<&Path> {
 }
 
 /// Prints the answer of `POST /scenes/{id}/edits?validate_only=true`.
-fn predict(resolved: &Resolved, submission: &Submission, archive: &[u8]) -> Result<Exit, Failure> {
-    let prediction = app::pipeline::predict(resolved)(&submission.request, archive);
+fn predict(app: &App, submission: &Submission, archive: &[u8]) -> Result<Exit, Failure> {
+    let prediction = app.predict_edit(&submission.request, archive);
     let prediction = prediction.map_err(|problem| refused(problem, "--text"))?;
     let document = json!({ "valid": true, "request": submission.request, "prediction": prediction });
     terminal::print(&format!("{document:#}\n"));

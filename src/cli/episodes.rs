@@ -155,6 +155,7 @@ fn order(arguments: &Arguments) -> Result<EpisodesOrder, Failure> {
     formats.sort_by_key(|format| Format::ALL.iter().position(|known| known == format));
     formats.dedup();
     Ok(EpisodesOrder {
+        title: None,
         tasks,
         robot: arguments.robot.clone(),
         count: arguments.count,

@@ -8,9 +8,11 @@ pub use super::local_job::adapt;
 use super::local_job::{JobConfig, JobOptions};
 use super::options::TextOptions;
 use super::{Exit, Failure, certificate, input_file, scene_summary, terminal};
-use crate::api::submission::{self, SceneBody};
-use crate::app;
+use crate::app::App;
 use crate::app::config::Config;
+use crate::app::submission::SceneOrder;
+use crate::app::terms::Terms;
+use crate::problem::Problem;
 use scene::request::RequestOptions;
 
 /// Arguments of `generate`.
@@ -38,18 +40,15 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
     let JobConfig { resolved, own } = arguments.job.configure()?;
     let image = arguments.image.as_deref().map(|path| read_image(path, &resolved.config)).transpose()?;
-    let body = SceneBody {
-        text: arguments.text,
-        seed: arguments.job.seed,
-        options: RequestOptions {
-            set: own,
-            robot: arguments.job.robot.clone(),
-            ..arguments.reading.request_options()
-        },
-        ..SceneBody::default()
+    let options = RequestOptions {
+        set: own,
+        robot: arguments.job.robot.clone(),
+        ..arguments.reading.request_options()
     };
-    let settings = &resolved.config.server;
-    let submission = submission::validate(body, image, settings, &app::pipeline::validate(&resolved))
+    let terms = Terms { seed: arguments.job.seed, options, ..Terms::default() };
+    let order = SceneOrder { text: arguments.text, image, terms };
+    let submission = App::new(&resolved)
+        .check_scene(order)
         .map_err(|problem| refused_input(problem, arguments.image.as_deref()))?;
     let place = arguments.job.place(&arguments.image.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
     let made = arguments.job.run(&resolved, submission, place)?;
@@ -83,7 +82,7 @@ fn read_image(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
 }
 
 /// A refusal that names the file where it is about the image.
-fn refused_input(problem: crate::api::Problem, image: Option<&Path>) -> Failure {
+fn refused_input(problem: Problem, image: Option<&Path>) -> Failure {
     match image.filter(|_| problem.code.starts_with("image_")) {
         Some(path) => {
             let message = format!("--image {}: {}", path.display(), problem.detail);
@@ -95,7 +94,7 @@ fn refused_input(problem: crate::api::Problem, image: Option<&Path>) -> Failure 
 
 /// A refusal in the words of the command line, with the document that the server would answer. `text` is the name of
 /// the argument that holds the text.
-pub(super) fn refused(problem: crate::api::Problem, text: &str) -> Failure {
+pub(super) fn refused(problem: Problem, text: &str) -> Failure {
     let mut document = problem.document("");
     if let Some(members) = document.as_object_mut() {
         members.remove("request_id");
@@ -103,7 +102,7 @@ pub(super) fn refused(problem: crate::api::Problem, text: &str) -> Failure {
     Failure { problem: Some(document), ..Failure::usage(refusal_message(problem, text)) }
 }
 
-fn refusal_message(problem: crate::api::Problem, text: &str) -> String {
+fn refusal_message(problem: Problem, text: &str) -> String {
     if problem.errors.is_empty() {
         return problem.detail;
     }

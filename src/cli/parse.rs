@@ -7,9 +7,10 @@ use super::generate::refused;
 use super::options::{ConfigOptions, TextOptions};
 use super::text_account::Detail;
 use super::{Exit, Failure, number, scene_summary, terminal, text_account};
-use crate::api::Problem;
-use crate::api::submission::{self, SceneBody};
-use crate::app;
+use crate::app::App;
+use crate::app::submission::SceneOrder;
+use crate::app::terms::Terms;
+use crate::problem::Problem;
 
 /// Arguments of `parse`.
 #[derive(Debug, Args)]
@@ -42,16 +43,13 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn parse(arguments: Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
-    let body = SceneBody {
-        text: Some(arguments.text),
-        seed: arguments.seed,
-        options: arguments.reading.request_options(),
-        ..SceneBody::default()
-    };
-    let settings = &resolved.config.server;
-    let submission = submission::validate(body, None, settings, &app::pipeline::validate(&resolved))
+    let options = arguments.reading.request_options();
+    let terms = Terms { seed: arguments.seed, options, ..Terms::default() };
+    let app = App::new(&resolved);
+    let submission = app
+        .check_scene(SceneOrder { text: Some(arguments.text), image: None, terms })
         .map_err(|problem| refused(problem, "TEXT"))?;
-    let account = app::pipeline::understand(&resolved)(&submission.request).map_err(|error| {
+    let account = app.account(&submission.request).map_err(|error| {
         let detail = error.detail.clone();
         Failure { message: detail, ..refused(Problem::invalid(vec![error]), "TEXT") }
     })?;

@@ -7,8 +7,9 @@ use clap::Args;
 use super::options::ConfigOptions;
 use super::worker::take_jobs;
 use super::{Exit, Failure, block_on, signals, terminal};
-use crate::app::role::Role;
-use crate::app::{self, service, telemetry};
+use crate::app::{self, telemetry};
+use crate::service;
+use crate::service::role::Role;
 
 /// Arguments of `serve`.
 #[derive(Debug, Args)]

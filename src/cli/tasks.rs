@@ -12,9 +12,9 @@ use super::generate::refused;
 use super::options::ConfigOptions;
 use super::output::{Kind, Output};
 use super::{Exit, Failure, number, scene_summary, terminal};
-use crate::api::tasks::{MAX_TASKS, TasksRequest, check};
-use crate::app::tasks::{SceneTasks, robot_named, tasks_of};
+use crate::app::tasks::{MAX_TASKS, SceneTasks, TasksRequest, robot_named, tasks_of};
 use crate::pipeline::task_scene::{self, BundleScene};
+use crate::problem::Problem;
 use tasks::proposals::Difficulty;
 use tasks::{Task, bddl, goal};
 
@@ -64,7 +64,8 @@ fn tasks(arguments: Arguments) -> Result<Exit, Failure> {
     let Arguments { robot, count, seed, text, no_rehearse, .. } = arguments;
     let request = TasksRequest { robot, count, seed, text, rehearsed: !no_rehearse };
     let refusal = |problem| refused(problem, "--text");
-    check(&request, resolved.config.server.max_text_chars).map_err(refusal)?;
+    let checked = request.check(resolved.config.server.max_text_chars);
+    checked.map_err(|error| refusal(Problem::invalid(vec![error])))?;
     let robot = robot_named(&request.robot).map_err(refusal)?;
     let check = |out: &PathBuf| Output::check(out, Kind::Tasks, arguments.force, &[&arguments.bundle]);
     let output = arguments.out.as_ref().map(check).transpose()?;

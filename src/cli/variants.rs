@@ -12,12 +12,13 @@ use super::local_job::{JobConfig, JobOptions};
 use super::output::{Kind, Output};
 use super::scene_summary::Place;
 use super::{Exit, Failure, certificate, number, scene_summary, terminal};
-use crate::api::edits::EditOptions;
-use crate::api::parent::ParentBundle;
-use crate::api::submission::Submission;
-use crate::api::variants::{self, VariantsBody};
-use crate::app;
+use crate::app::App;
+use crate::app::edit_scene::ParentBundle;
+use crate::app::submission::Submission;
+use crate::app::terms::Terms;
+use crate::app::variants::VariantsOrder;
 use scene::edit::EditAccount;
+use scene::request::RequestOptions;
 use scene::variant::MAX_VARIANTS;
 use scene::{Randomize, Scene};
 use store::Digest;
@@ -57,15 +58,13 @@ fn make(mut arguments: Arguments) -> Result<Exit, Failure> {
     let id = bundle.scene()?.id;
     let archive = bundle.into_archive()?;
     let parent = ParentBundle { id, digest: Digest::of(&archive) };
-    let body = VariantsBody {
-        count: arguments.count,
-        randomize: arguments.vary.iter().copied().reduce(Randomize::and),
-        seed: arguments.job.seed,
-        options: EditOptions { set: own, robot: arguments.job.robot.clone(), ..EditOptions::default() },
-        ..VariantsBody::default()
-    };
-    let made = variants::validate(body, &parent, &app::pipeline::validate(&resolved))
-        .map_err(|problem| refused(problem, "--vary"))?;
+    let options =
+        RequestOptions { set: own, robot: arguments.job.robot.clone(), ..RequestOptions::default() };
+    let terms = Terms { seed: arguments.job.seed, options, ..Terms::default() };
+    let randomize = arguments.vary.iter().copied().reduce(Randomize::and);
+    let order = VariantsOrder { count: arguments.count, randomize, terms };
+    let made =
+        App::new(&resolved).check_variants(order, &parent).map_err(|problem| refused(problem, "--vary"))?;
     let out = arguments.job.out.clone().unwrap_or_else(|| PathBuf::from("out/variants"));
     if !arguments.job.json {
         terminal::note(&format!(

@@ -7,8 +7,9 @@ use clap::Args;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, block_on, number, signals, terminal};
 use crate::app::config::Resolved;
-use crate::app::role::Role;
-use crate::app::{self, service, telemetry};
+use crate::app::{self, telemetry};
+use crate::service;
+use crate::service::role::Role;
 
 /// Arguments of `worker`.
 #[derive(Debug, Args)]

@@ -9,6 +9,7 @@ use tokio::sync::mpsc;
 
 use super::packing::{Packed, pack};
 use super::{Prepared, RecordError, Recorder};
+use crate::problem::{Problem, ProblemType};
 use episodes::card::{DatasetCard, DatasetSummary};
 use episodes::{DatasetAssembler, EpisodeUnit};
 use store::Lease;
@@ -189,7 +190,7 @@ fn too_few(kept: &[KeptAttempt], successes: u64, wanted: u64) -> RecordError {
         "only {successes} of {wanted} episodes after {attempts} attempts; most fail with {reason} (such as: {detail}); \
          allow more with max_attempts, or choose another task"
     );
-    super::Refusal { code: "too_few_successes", message }.into()
+    Problem::new(ProblemType::Conflict, "too_few_successes", message).into()
 }
 
 #[cfg(test)]

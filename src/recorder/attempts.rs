@@ -1,6 +1,7 @@
 //! One attempt of a recording.
 
-use super::{RecordError, Recorder, Refusal};
+use super::{RecordError, Recorder};
+use crate::problem::{Problem, ProblemType};
 use demonstrations::{Attempted, attempt};
 use store::Lease;
 use store::recordings::{AttemptWork, Begun, MadeAttempt};
@@ -37,8 +38,8 @@ impl Recorder {
     }
 }
 
-fn disputed() -> Refusal {
+fn disputed() -> Problem {
     let message = "processes of different versions, or on machines of different types, work on recordings at the same \
                    time; update all of them, then order it again";
-    Refusal { code: "versions_differ", message: message.to_owned() }
+    Problem::new(ProblemType::Conflict, "versions_differ", message)
 }

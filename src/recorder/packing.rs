@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use bytes::Bytes;
 use tokio::sync::mpsc;
 
-use super::{RecordError, Refusal};
+use super::RecordError;
+use crate::problem::{Problem, ProblemType};
 use datasets::tar;
 use store::recordings::RecordingFile;
 use store::{Digest, DigestBuilder};
@@ -67,9 +68,9 @@ impl Archive<'_> {
         let unreadable = |source| RecordError::file("read", place)(source);
         let mut file = File::open(place).map_err(unreadable)?;
         let size = file.metadata().map_err(unreadable)?.len();
-        let header = tar::header(path, size).map_err(|_| Refusal {
-            code: "path_too_long",
-            message: format!("{path} does not fit into a tar archive; give cameras shorter names"),
+        let header = tar::header(path, size).map_err(|_| {
+            let detail = format!("{path} does not fit into a tar archive; give cameras shorter names");
+            Problem::new(ProblemType::InvalidRequest, "path_too_long", detail)
         })?;
         self.write(&header)?;
         let (start, mut hash, mut left) = (self.size, DigestBuilder::default(), size);

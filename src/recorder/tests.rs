@@ -14,7 +14,7 @@ fn a_disk_that_refuses_is_tried_again_and_a_refusal_is_not() {
     let full = StageError::from(RecordError::from(EpisodeError::DiskFull { path: "x".into() }));
     let cause = full.cause.and_then(|cause| cause.downcast::<std::io::Error>().ok());
     assert_eq!(cause.map(|cause| cause.kind()), Some(ErrorKind::StorageFull), "which burns no attempt");
-    let refusal = Refusal { code: "not_feasible", message: "too far".into() };
+    let refusal = Problem::new(ProblemType::InvalidRequest, "not_feasible", "too far");
     let refused = StageError::from(RecordError::from(refusal));
     assert_eq!((refused.class, refused.code), (StageErrorClass::Permanent, "not_feasible"));
 }

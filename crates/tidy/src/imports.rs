@@ -53,8 +53,8 @@ pub fn path_findings(source: &Source) -> Vec<String> {
             let is_config = import == "config" || import == "tabletopgen::config";
             if !layer.may_import(&import) {
                 findings.push(format!("{at}: {} must not import {import}", layer.name));
-            } else if package == ROOT && is_config && !matches!(layer.name, "app" | "cli") {
-                findings.push(format!("{at}: only app and cli may import config"));
+            } else if package == ROOT && is_config && !matches!(layer.name, "app" | "cli" | "service") {
+                findings.push(format!("{at}: only app, cli and service may import config"));
             }
         }
         if let Some(outside) = layer.forbids(&path.spelled()) {

@@ -17,6 +17,8 @@ pub struct Layer {
 
 /// Permits every crate and module.
 pub const EVERYTHING: &str = "EVERYTHING";
+/// In place of a name: all but the HTTP interface of the server.
+pub const EVERYTHING_BUT_API: &str = "EVERYTHING_BUT_API";
 
 /// The root package, whose modules have a table of their own.
 pub const ROOT: &str = "tabletopgen";
@@ -174,7 +176,10 @@ pub const ROOT_MODULES: &[Layer] = &[
     ),
     layer(
         "api",
-        &["batches", "datasets", "freezer", "imaging", "runtime", "scene", "spans", "store"],
+        &[
+            "app", "batches", "datasets", "freezer", "imaging", "problem", "runtime", "scene", "spans",
+            "store",
+        ],
         &[CLIENTS, ROWS],
     ),
     // These are work of the worker, whose errors are those of stages.
@@ -183,10 +188,24 @@ pub const ROOT_MODULES: &[Layer] = &[
         &["datasets", "pipeline", "runtime", "scene", "store", "worker"],
         &[SERVERS, CLIENTS, ROWS],
     ),
-    layer("executor", &["pipeline", "runtime", "scene", "store", "worker"], &[SERVERS, CLIENTS, ROWS]),
+    layer(
+        "executor",
+        &["pipeline", "problem", "runtime", "scene", "store", "worker"],
+        &[SERVERS, CLIENTS, ROWS],
+    ),
     layer(
         "recorder",
-        &["datasets", "demonstrations", "episodes", "pipeline", "runtime", "scene", "store", "worker"],
+        &[
+            "datasets",
+            "demonstrations",
+            "episodes",
+            "pipeline",
+            "problem",
+            "runtime",
+            "scene",
+            "store",
+            "worker",
+        ],
         &[SERVERS, CLIENTS, ROWS],
     ),
     // Starts loops that panicked again.
@@ -219,9 +238,13 @@ pub const ROOT_MODULES: &[Layer] = &[
         ],
         &[SERVERS, CLIENTS, ROWS, TASKS],
     ),
-    layer("app", &[EVERYTHING], &[CLIENTS]),
-    layer("cli", &[EVERYTHING], &[CLIENTS]),
-    layer("main", &[EVERYTHING], &[CLIENTS]),
+    // Refusals, for all who refuse.
+    layer("problem", &[], &[SERVERS, CLIENTS, ROWS, FILES, SYSTEM, TASKS]),
+    layer("app", &[EVERYTHING_BUT_API], &[SERVERS, CLIENTS, ROWS]),
+    // Puts the parts of a server together.
+    layer("service", &[EVERYTHING], &[CLIENTS, ROWS]),
+    layer("cli", &[EVERYTHING_BUT_API], &[SERVERS, CLIENTS, ROWS]),
+    layer("main", &[EVERYTHING_BUT_API], &[SERVERS, CLIENTS, ROWS]),
     layer("lib", &[], &[]),
 ];
 
@@ -291,7 +314,11 @@ impl Layer {
     }
 
     pub fn may_import(&self, name: &str) -> bool {
-        self.may_import.iter().any(|allowed| *allowed == EVERYTHING || *allowed == name)
+        self.may_import.iter().any(|allowed| match *allowed {
+            EVERYTHING => true,
+            EVERYTHING_BUT_API => name != "api",
+            allowed => allowed == name,
+        })
     }
 
     /// The forbidden name that `path` is or starts with.

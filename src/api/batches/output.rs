@@ -1,16 +1,17 @@
 //! `/batches/{batch_id}/output` and `/errors`: results as JSON lines, streamed page by page, while the batch runs too.
 
 use axum::body::Body;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use futures::stream;
 
-use super::{find, parse_id};
+use super::find;
 use crate::api::Api;
 use crate::api::download::served_as;
-use crate::api::error::Problem;
+use crate::api::extract::PathId;
+use crate::problem::Problem;
 use ::batches::{OutputLine, RequestState};
 use scene::BatchId;
 use store::batches::{ItemRow, OutputKind};
@@ -22,28 +23,27 @@ const PAGE: u32 = 500;
 /// `GET /batches/{batch_id}/output`.
 pub async fn output(
     State(api): State<Api>,
-    Path(batch_id): Path<String>,
+    PathId(batch_id): PathId<BatchId>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    lines(&api, &batch_id, &headers, OutputKind::Output).await
+    lines(&api, batch_id, &headers, OutputKind::Output).await
 }
 
 /// `GET /batches/{batch_id}/errors`.
 pub async fn errors(
     State(api): State<Api>,
-    Path(batch_id): Path<String>,
+    PathId(batch_id): PathId<BatchId>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    lines(&api, &batch_id, &headers, OutputKind::Errors).await
+    lines(&api, batch_id, &headers, OutputKind::Errors).await
 }
 
 async fn lines(
     api: &Api,
-    batch_id: &str,
+    batch_id: BatchId,
     headers: &HeaderMap,
     kind: OutputKind,
 ) -> Result<Response, Problem> {
-    let batch_id = parse_id(batch_id)?;
     find(api, &batch_id).await?;
     let mut fields = HeaderMap::new();
     let media_type = HeaderValue::from_str(served_as(headers, "application/jsonl"));

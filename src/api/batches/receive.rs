@@ -10,8 +10,8 @@ use super::requests::{BodyKind, Reader};
 use crate::api::Api;
 use crate::api::admission::overloaded;
 use crate::api::body::{BodyReader, ReceivedBody};
-use crate::api::error::{Problem, ProblemType};
 use crate::api::json_body::media_type;
+use crate::problem::{Problem, ProblemType};
 use scene::BatchId;
 use store::batches::{NewBatch, NewItem, PublishOutcome};
 use store::retention::QuotaOutcome;
@@ -91,12 +91,8 @@ fn stopped() -> Problem {
 async fn store_requests(api: &Api, id: &BatchId, kind: BodyKind, body: ReceivedBody) -> Result<(), Problem> {
     let _turn = api.receptions.clone().acquire_owned().await.ok();
     let (groups, mut received) = mpsc::channel(GROUPS_AHEAD);
-    let (settings, validate) = (api.settings.clone(), api.validate.clone());
-    let max_requests = api.max_batch_requests;
-    let reading = tokio::task::spawn_blocking(move || {
-        let reader = Reader { settings: &settings, validate: &validate, max_requests };
-        read(&reader, kind, &body, &groups)
-    });
+    let reader = Reader { app: api.app.clone() };
+    let reading = tokio::task::spawn_blocking(move || read(&reader, kind, &body, &groups));
     while let Some(group) = received.recv().await {
         // An error drops the receiver, and the reader stops at its next group.
         api.store.append_items(id, group).await?;
@@ -105,7 +101,7 @@ async fn store_requests(api: &Api, id: &BatchId, kind: BodyKind, body: ReceivedB
 }
 
 fn read(
-    reader: &Reader<'_>,
+    reader: &Reader,
     kind: BodyKind,
     body: &ReceivedBody,
     groups: &mpsc::Sender<Vec<NewItem>>,

@@ -4,9 +4,8 @@ use std::io::Cursor;
 
 use serde::de::IgnoredAny;
 
-use crate::api::error::{FieldError, Problem, ProblemType};
-use crate::api::submission::{self, SceneBody};
-use crate::api::{Settings, Validate};
+use crate::app::App;
+use crate::problem::{FieldError, Problem, ProblemType};
 use ::batches::{BatchRequest, LineReader, OutputError, Recipe, Registry};
 use scene::{Input, MicroUsd, SceneRequest};
 use serde_json::json;
@@ -40,13 +39,11 @@ impl BodyKind {
 }
 
 /// Reads requests and checks them.
-pub(super) struct Reader<'a> {
-    pub(super) settings: &'a Settings,
-    pub(super) validate: &'a Validate,
-    pub(super) max_requests: u64,
+pub(super) struct Reader {
+    pub(super) app: App,
 }
 
-impl Reader<'_> {
+impl Reader {
     /// Gives every request of the body to `take`, until that returns `false`.
     ///
     /// # Errors
@@ -63,7 +60,7 @@ impl Reader<'_> {
         let mut next =
             |place, custom_id, request: Result<BatchRequest, OutputError>| -> Result<bool, Problem> {
                 count += 1;
-                if count > self.max_requests {
+                if count > self.max_requests() {
                     return Err(self.too_many());
                 }
                 let content = match request {
@@ -88,7 +85,7 @@ impl Reader<'_> {
             BodyKind::Recipe => {
                 let recipe = read_recipe(body)?;
                 self.check_settings(&recipe)?;
-                if recipe.request_count() > self.max_requests {
+                if recipe.request_count() > self.max_requests() {
                     return Err(self.too_many());
                 }
                 for (place, request) in (1..).zip(recipe.requests()) {
@@ -110,7 +107,7 @@ impl Reader<'_> {
         let mut errors = Vec::new();
         for (pointer, options) in recipe.options() {
             let request = SceneRequest::new(Input::Text { text: String::new() }, 0, options.clone());
-            errors.extend((self.validate)(&request).into_iter().map(|error| {
+            errors.extend(self.app.violations(&request).into_iter().map(|error| {
                 let within = error.pointer.strip_prefix("/options").unwrap_or(&error.pointer);
                 FieldError::new(format!("{pointer}{within}"), error.detail)
             }));
@@ -118,8 +115,12 @@ impl Reader<'_> {
         if errors.is_empty() { Ok(()) } else { Err(Problem::invalid(errors)) }
     }
 
+    fn max_requests(&self) -> u64 {
+        self.app.config().batches.max_requests
+    }
+
     fn too_many(&self) -> Problem {
-        let detail = format!("has more than {} requests; send several batches", self.max_requests);
+        let detail = format!("has more than {} requests; send several batches", self.max_requests());
         Problem::invalid(vec![FieldError::new("", detail)])
     }
 
@@ -131,16 +132,9 @@ impl Reader<'_> {
             let error = OutputError::new("invalid_request", message).at("/body/image");
             return ItemContent::Invalid(error.on_line(place));
         }
-        let body = SceneBody {
-            text: request.body.text.clone(),
-            seed: Some(request.body.seed()),
-            labels: request.body.labels.clone(),
-            options: request.body.options.clone(),
-            ..SceneBody::default()
-        };
-        let submission = match submission::validate(body, None, self.settings, self.validate) {
+        let submission = match self.app.check_batch_request(&request, None) {
             Ok(submission) => submission,
-            Err(problem) => return ItemContent::Invalid(refused(problem).on_line(place)),
+            Err(error) => return ItemContent::Invalid(error.on_line(place)),
         };
         if let Some(line) = registry.refusal(place, &request) {
             let error = line.error.unwrap_or_default();
@@ -149,7 +143,7 @@ impl Reader<'_> {
                 None => ItemContent::Invalid(error),
             };
         }
-        let budget: MicroUsd = submission.request.options.budget(self.settings.usual_budget_usd);
+        let budget: MicroUsd = submission.request.options.budget(self.app.config().server.usual_budget_usd);
         ItemContent::Request { request: json!(submission.request), labels: submission.labels, budget }
     }
 }
@@ -168,14 +162,4 @@ fn read_recipe(body: &[u8]) -> Result<Recipe, Problem> {
         let errors = errors.0.into_iter().map(|error| FieldError::new(error.pointer, error.detail));
         Problem::invalid(errors.collect())
     })
-}
-
-/// The refusal of the body of a scene, as an error of a request of a batch.
-pub fn refused(problem: Problem) -> OutputError {
-    let Some(first) = problem.errors.first() else {
-        return OutputError::new(problem.own_code(), problem.detail);
-    };
-    let pointer = format!("/body{}", first.pointer);
-    let details: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();
-    OutputError::new("invalid_request", details.join("; ")).at(pointer)
 }

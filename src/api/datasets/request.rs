@@ -6,9 +6,10 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use crate::api::Api;
-use crate::api::error::{FieldError, Problem, ProblemType};
+use crate::api::extract::JsonRequest;
 use crate::api::query::LabelFilter;
 use crate::freezer::{DatasetRequest, DatasetSource};
+use crate::problem::{FieldError, Problem, ProblemType};
 use datasets::facts::normalized;
 use datasets::filter::Filter;
 use datasets::freeze;
@@ -33,7 +34,7 @@ const USUAL_SPLITS: &str = "train=0.8,validation=0.1,test=0.1";
 /// The body, not validated.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub(super) struct DatasetBody {
+pub struct DatasetBody {
     name: String,
     /// The scenes of this batch.
     batch: Option<BatchId>,
@@ -49,6 +50,10 @@ pub(super) struct DatasetBody {
     disjoint: Option<Vec<String>>,
     shard_mb: Option<u64>,
     shard_scenes: Option<usize>,
+}
+
+impl JsonRequest for DatasetBody {
+    const EXAMPLE: &str = r#"{"name": "kitchen", "label": "project:demo"}"#;
 }
 
 /// State that a list is filtered by.

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::content::media_type_of;
 use crate::api::Api;
-use crate::api::error::Problem;
 use crate::api::views::timestamp;
+use crate::app::episodes::{EpisodesOrder, stated};
+use crate::problem::Problem;
 use scene::{RecordingId, SceneId};
 use store::StoreError;
 use store::recordings::{RecordingArchive, RecordingFile, RecordingProgress, RecordingRow, RecordingState};
@@ -105,6 +106,9 @@ impl RecordingView {
             _ => None,
         };
         let failure = row.failure_code.zip(row.failure_message);
+        // An order of another version is shown as it is stored.
+        let order = EpisodesOrder::of_stored(&row.request);
+        let order = order.map_or_else(|_| row.request["order"].clone(), |order| json!(stated(&order)));
         Ok(Self {
             links: RecordingLinks {
                 scene: format!("/scenes/{}", row.scene_id),
@@ -116,7 +120,7 @@ impl RecordingView {
             id: row.id,
             scene_id: row.scene_id,
             state: row.state.as_str(),
-            order: row.request["order"].clone(),
+            order,
             progress,
             attempts,
             failure: failure.map(|(code, message)| RecordingFailureView { code, message }),

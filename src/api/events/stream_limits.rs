@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use crate::api::error::{Problem, ProblemType};
 use crate::api::serve::client_address::ClientAddress;
+use crate::problem::{Problem, ProblemType};
 
 /// The limits and the open streams; clones share them.
 #[derive(Clone, Debug)]

@@ -5,8 +5,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::api::error::Problem;
 use crate::api::{Api, jobs};
+use crate::problem::Problem;
 use scene::{JobId, RecordingId};
 use store::events::Event;
 use store::{DEFAULT_TENANT, Store, StoreError};

@@ -9,7 +9,7 @@ use tokio::sync::Semaphore;
 use uuid::Uuid;
 
 use super::connections::Full;
-use crate::api::error::{Problem, ProblemType};
+use crate::problem::{Problem, ProblemType};
 
 /// Refusals that are being sent; beyond, connections are closed without an answer.
 const MAX_AT_ONCE: usize = 64;

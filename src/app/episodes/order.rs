@@ -1,7 +1,12 @@
 //! Order of episodes: the tasks, their number, the variation, and the recorded data.
 
-use crate::api::error::{FieldError, Problem};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::draft::EpisodesDraft;
+use super::reading::ordered;
 use crate::app::executions::TaskSource;
+use crate::problem::{FieldError, Problem, ProblemType};
 use demonstrations::camera::USUAL;
 use demonstrations::{CameraSpec, Randomization};
 use episodes::format::{Encodings, Format};
@@ -11,9 +16,11 @@ pub const MAX_COUNT: u64 = 100_000;
 /// Frames per second that can be recorded: the simulation has 500 steps a second.
 pub const MAX_FPS: u32 = 100;
 
-/// An order of demonstrations.
-#[derive(Clone, Debug)]
+/// An order of demonstrations. Its JSON form is stored.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EpisodesOrder {
+    /// Of the dataset's cards; the instructions if absent.
+    pub title: Option<String>,
     /// Tasks that take turns.
     pub tasks: Vec<TaskSource>,
     pub robot: String,
@@ -28,6 +35,7 @@ pub struct EpisodesOrder {
     pub instance_ids: bool,
     /// Points in the cloud of each frame; `None` without clouds.
     pub points: Option<u32>,
+    #[serde(with = "format_names")]
     pub formats: Vec<Format>,
     /// Whether failures become episodes, too; they do not count.
     pub keeps_failures: bool,
@@ -39,7 +47,8 @@ pub struct EpisodesOrder {
 pub const MAX_POINTS: u32 = 8192;
 
 /// The cameras of an order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Cameras {
     /// Some of the usual ones, with square images.
     Usual {
@@ -71,7 +80,55 @@ pub fn format_named(name: &str) -> Result<Format, String> {
         .ok_or_else(|| format!("no format is named {name}; there are {}", names.join(", ")))
 }
 
+/// Formats as the names of their folders.
+mod format_names {
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::{Format, format_named};
+
+    pub fn serialize<S: Serializer>(formats: &[Format], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(formats.iter().map(|format| format.folder()))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Format>, D::Error> {
+        let names = Vec::<String>::deserialize(deserializer)?;
+        names.iter().map(|name| format_named(name).map_err(D::Error::custom)).collect()
+    }
+}
+
 impl EpisodesOrder {
+    /// Version of the stored form.
+    const VERSION: u32 = 2;
+
+    /// The order as it is stored.
+    pub fn stored(&self) -> Value {
+        json!({ "version": Self::VERSION, "order": self })
+    }
+
+    /// Inverse of [`Self::stored`]. Reads version 1, too, which is a draft.
+    ///
+    /// # Errors
+    ///
+    /// A [`Problem`]: another version wrote the order, or it will not do any more.
+    pub fn of_stored(stored: &Value) -> Result<Self, Problem> {
+        let another_version = |error: serde_json::Error| {
+            let detail =
+                format!("the stored order belongs to another version ({error}); order the episodes again");
+            Problem::new(ProblemType::InvalidRequest, "another_version", detail)
+        };
+        match stored["version"] == 1 {
+            true => ordered(&EpisodesDraft::deserialize(&stored["order"]).map_err(another_version)?),
+            false => Self::deserialize(&stored["order"]).map_err(another_version),
+        }
+    }
+
+    /// The title that was given, or the instructions.
+    pub fn title(&self) -> String {
+        let instructions = || self.tasks.iter().map(TaskSource::instruction).collect::<Vec<_>>().join("; ");
+        self.title.clone().unwrap_or_else(instructions)
+    }
+
     /// The usual number of attempts for so many episodes.
     pub fn usual_max_attempts(count: u64) -> u64 {
         4 * count + 20
@@ -121,5 +178,23 @@ impl EpisodesOrder {
             require(false, &format!("/randomize{}", violation.pointer), violation.detail);
         }
         if errors.is_empty() { Ok(()) } else { Err(Problem::invalid(errors)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_of_both_versions_are_read() {
+        let draft = json!({ "tasks": ["lift the mug", "put the mug on the plate"], "count": 3, "title": " Mugs ",
+                            "formats": ["robomimic", "lerobot-v3.0"], "record": { "point_cloud": 100 } });
+        let first = json!({ "version": 1, "order": draft });
+        let order = EpisodesOrder::of_stored(&first).expect("version 1 is read");
+        let stored = order.stored();
+        assert_eq!(stored["version"], 2);
+        let again = EpisodesOrder::of_stored(&stored).expect("version 2 is read");
+        assert_eq!(again.stored(), stored);
+        assert_eq!((again.title().as_str(), again.points, again.formats.len()), ("Mugs", Some(100), 2));
     }
 }

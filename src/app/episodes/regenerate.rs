@@ -5,10 +5,11 @@ use serde_json::json;
 
 use super::distractors::distractors;
 use super::order::format_named;
-use super::{bundle_of, parts_of, refused};
-use crate::api::error::{Problem, ProblemType};
+use super::{parts_of, refused};
+use crate::app::executions::bundle_of;
 use crate::app::grasps::known_grasps;
 use crate::config::Resolved;
+use crate::problem::{Problem, ProblemType};
 use demonstrations::setup::{Wanted, prepare};
 use demonstrations::{Attempted, EpisodeRecord, Setup, TaskPlace, attempt, record};
 use episodes::{EpisodeError, EpisodeUnit};

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::Executed;
 use super::parquet_table::parquet_table;
 use super::video::video;
-use crate::api::error::{Problem, ProblemType};
+use crate::problem::{Problem, ProblemType};
 use demonstrations::vectors::shares_of_limits;
 use export::BundleFile;
 use export::archive::wanted_files;

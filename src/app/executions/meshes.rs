@@ -1,6 +1,6 @@
 //! The meshes of a bundle.
 
-use crate::api::error::{Problem, ProblemType};
+use crate::problem::{Problem, ProblemType};
 use export::archive::wanted_files;
 use geometry::TexturedMesh;
 use mesh_io::gltf::read_mesh_glb;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::Executed;
 use super::meshes::scene_meshes;
-use crate::api::error::{Problem, ProblemType};
+use crate::problem::{Problem, ProblemType};
 use geometry::{Camera, Pose, TexturedMesh};
 use manipulation::execution::Frame;
 use manipulation::frames::{to_isometry, to_pose};

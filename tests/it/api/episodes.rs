@@ -9,7 +9,8 @@ use std::time::Duration;
 use datasets::tar::TarReader;
 use hyper::Method;
 use serde_json::{Value, json};
-use tabletopgen::app::{pipeline, service};
+use tabletopgen::app::pipeline;
+use tabletopgen::service;
 
 use crate::harness::script::{Act, Script};
 use crate::harness::server::{Server, settings};

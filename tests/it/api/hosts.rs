@@ -3,7 +3,7 @@
 
 use hyper::Method;
 use tabletopgen::app::AppError;
-use tabletopgen::app::service;
+use tabletopgen::service;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 

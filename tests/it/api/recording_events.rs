@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use store::queue::{AttemptOutcome, Scope};
 use store::recordings::{MadeAttempt, NewRecording, SubmitRecordingOutcome};
 use store::{DEFAULT_TENANT, Digest, Intent, Lease, Store};
-use tabletopgen::app;
+use tabletopgen::{app, service};
 
 use crate::harness::event_stream::{EventStream, SentEvent};
 use crate::harness::server::{Server, settings};
@@ -208,7 +208,7 @@ async fn a_stream_tells_what_other_processes_do() {
     let resolved = settings(&[("store.database", &url), ("store.blobs", "memory")]);
     let directories = [(); 2].map(|()| tempfile::tempdir().unwrap());
     let [one, other] = directories;
-    let service = app::service::start_api(&resolved, one.path()).await.unwrap();
+    let service = service::start_api(&resolved, one.path()).await.unwrap();
     let server = Server::serving(Arc::new(one), service);
     let worker = app::open(other.path(), &resolved.config, Intent::Create).await.unwrap();
     let (_, path) = ordered(server.store(), 1).await;

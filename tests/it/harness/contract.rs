@@ -38,7 +38,7 @@ fn the_document_and_the_router_have_the_same_routes() {
 #[test]
 fn words_of_the_document_are_those_of_the_program() {
     fn uris() -> Vec<String> {
-        api::error::ProblemType::ALL.iter().map(|kind| kind.uri()).collect()
+        tabletopgen::problem::ProblemType::ALL.iter().map(|kind| kind.uri()).collect()
     }
     fn names<T: Copy>(all: &[T], name: fn(T) -> &'static str) -> Vec<String> {
         all.iter().map(|word| name(*word).to_owned()).collect()

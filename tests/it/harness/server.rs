@@ -12,9 +12,9 @@ use hyper_util::client::legacy::connect::HttpConnector;
 use hyper_util::rt::TokioExecutor;
 use serde_json::{Value, json};
 use store::{Intent, Store};
-use tabletopgen::app::service;
-use tabletopgen::app::service::Service;
 use tabletopgen::config::{Resolved, Sources, layers};
+use tabletopgen::service;
+use tabletopgen::service::Service;
 use tabletopgen::worker::BuildScene;
 use tempfile::TempDir;
 

@@ -8,7 +8,7 @@ use hyper::Method;
 use scene::JobId;
 use scene::job::JobState;
 use store::DEFAULT_TENANT;
-use tabletopgen::app::service;
+use tabletopgen::service;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
 use crate::harness::script::{Act, Script};

@@ -8,7 +8,7 @@ use serde_json::json;
 use store::queue::Scope;
 use store::scenes::{NewScene, SubmitOutcome};
 use store::{DEFAULT_TENANT, Digest, Store};
-use tabletopgen::app::service;
+use tabletopgen::service;
 
 use crate::harness::script::{Act, Script};
 use crate::harness::server::{Server, opened, settings_in, wait_until_unlocked};

@@ -6,10 +6,9 @@ use jiff::Timestamp;
 use serde_json::json;
 use uuid::Uuid;
 
-use super::Validate;
-use super::error::{FieldError, Problem};
-use super::query::Time;
+use super::App;
 use super::submission::Submission;
+use crate::problem::{FieldError, Problem};
 use scene::request::{MAX_SEED, RequestOptions};
 use scene::{Input, SceneRequest};
 use scene::{Violation, labels};
@@ -25,9 +24,12 @@ pub struct Terms {
     pub seed: Option<u64>,
     pub labels: BTreeMap<String, String>,
     pub options: RequestOptions,
-    pub priority: Option<i64>,
-    pub not_before: Option<Time>,
-    pub deadline: Option<Time>,
+    /// Orders the jobs of the client; more is sooner.
+    pub priority: i64,
+    /// The job starts no earlier, milliseconds since 1970.
+    pub not_before_ms: Option<i64>,
+    /// The job fails if it has not ended by then, milliseconds since 1970.
+    pub deadline_ms: Option<i64>,
 }
 
 impl Terms {
@@ -49,7 +51,7 @@ impl Terms {
     }
 
     fn check_schedule(&self, wrong: &mut impl FnMut(&str, String)) {
-        let (priority, not_before_ms, deadline_ms) = self.schedule();
+        let Self { priority, not_before_ms, deadline_ms, .. } = *self;
         if !(-MAX_PRIORITY..=MAX_PRIORITY).contains(&priority) {
             wrong("/priority", format!("must be from -{MAX_PRIORITY} to {MAX_PRIORITY}"));
         }
@@ -59,37 +61,31 @@ impl Terms {
             wrong("/deadline", "has passed already".into());
         }
     }
+}
 
-    /// Priority, and the times in milliseconds since 1970.
-    fn schedule(&self) -> (i64, Option<i64>, Option<i64>) {
-        let (not_before, deadline) = (self.not_before.map(Time::as_ms), self.deadline.map(Time::as_ms));
-        (self.priority.unwrap_or(0), not_before, deadline)
-    }
-
-    /// The submission of a source on these terms, which must be valid.
+impl App {
+    /// The submission of a source on terms that must be valid.
     ///
     /// # Errors
     ///
     /// A [`Problem`] with every setting of the options that the configuration does not accept.
-    pub fn submission(self, input: Input, validate_settings: &Validate) -> Result<Submission, Problem> {
-        let schedule = self.schedule();
-        let mut content =
-            json!({ "input": input, "seed": self.seed, "labels": self.labels, "options": self.options });
+    pub(super) fn submission(&self, terms: Terms, input: Input) -> Result<Submission, Problem> {
+        let Terms { seed, labels, options, priority, not_before_ms, deadline_ms } = terms;
+        let schedule = (priority, not_before_ms, deadline_ms);
+        let mut content = json!({ "input": input, "seed": seed, "labels": labels, "options": options });
         if schedule != (0, None, None) {
             content["schedule"] = json!(schedule);
         }
         let body_digest = Digest::of(content.to_string().as_bytes());
-        let seed = self.seed.unwrap_or_else(draw_seed);
-        let request = SceneRequest::new(input, seed, self.options);
-        let errors = validate_settings(&request);
+        let request = SceneRequest::new(input, seed.unwrap_or_else(draw_seed), options);
+        let errors = self.violations(&request);
         if !errors.is_empty() {
             return Err(Problem::invalid(errors));
         }
-        let (priority, not_before_ms, deadline_ms) = schedule;
         Ok(Submission {
             request,
             parent_id: None,
-            labels: self.labels,
+            labels,
             priority,
             not_before_ms,
             deadline_ms,

@@ -125,9 +125,6 @@ fn quoted(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::{Value, json};
-
-    use super::super::submission::{SceneBody, parse};
     use super::*;
 
     #[test]
@@ -191,92 +188,5 @@ mod tests {
         ] {
             assert_eq!(json_detail(message), expected, "{message}");
         }
-    }
-
-    /// Every field of the body with a value of every JSON type.
-    #[test]
-    fn no_detail_of_a_refused_body_names_a_rust_type() {
-        let values = [
-            json!(null),
-            json!(true),
-            json!(-1),
-            json!(1.5),
-            json!(1e300),
-            json!(u64::MAX),
-            json!("x"),
-            json!([]),
-            json!([1, "a"]),
-            json!([1, 2, 3, 4]),
-            json!({}),
-            json!({ "a": 1 }),
-        ];
-        let pointers = [
-            "",
-            "/text",
-            "/image",
-            "/image/base64",
-            "/image/url",
-            "/seed",
-            "/labels",
-            "/labels/k",
-            "/options",
-            "/options/table",
-            "/options/table/shape",
-            "/options/table/size_m",
-            "/options/table/size_m/0",
-            "/options/table/material",
-            "/options/table/color",
-            "/options/table/model",
-            "/options/metric_anchor",
-            "/options/metric_anchor/object",
-            "/options/metric_anchor/width_m",
-            "/options/max_objects",
-            "/options/budget_usd",
-            "/options/robot",
-            "/options/set",
-            "/options/set/k",
-            "/unknown",
-            "/options/unknown",
-        ];
-        let mut refused = 0;
-        for pointer in pointers {
-            for value in &values {
-                let body = placed(pointer, value);
-                let Err(problem) = parse::<SceneBody>(body.to_string().as_bytes()) else { continue };
-                for error in problem.errors {
-                    refused += 1;
-                    let words: Vec<&str> =
-                        error.detail.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').collect();
-                    for rust in [
-                        "u8", "u16", "u32", "u64", "usize", "i32", "i64", "f32", "f64", "struct", "enum",
-                        "tuple", "variant", "map", "sequence", "unit", "array", "invalid", "DVec3",
-                        "integer", "floating",
-                    ] {
-                        assert!(!words.contains(&rust), "{body}: {:?}", error.detail);
-                    }
-                    assert!(
-                        error.detail.starts_with("must ") || error.detail.starts_with("is "),
-                        "{body}: {}",
-                        error.detail
-                    );
-                }
-            }
-        }
-        assert!(refused > 100, "{refused}");
-    }
-
-    /// A body that is valid but for `value` at `pointer`.
-    fn placed(pointer: &str, value: &Value) -> Value {
-        let mut names: Vec<&str> = pointer.split('/').skip(1).collect();
-        let mut value = value.clone();
-        while let Some(name) = names.pop() {
-            value = match name {
-                "0" => json!([value, 1.0, 0.7]),
-                "object" => json!({ "object": value, "width_m": 0.1 }),
-                "width_m" => json!({ "object": "mug", "width_m": value }),
-                _ => json!({ name: value }),
-            };
-        }
-        value
     }
 }

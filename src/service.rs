@@ -1,22 +1,31 @@
 //! The server: the HTTP interface, with or without a worker, until the operator stops it.
 
+mod feeding;
+mod listening;
+mod process;
+pub mod role;
+mod upkeep;
+
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use serde_json::Value;
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
-use super::process::Process;
-use super::{AppError, metrics};
 use crate::api;
 use crate::api::Api;
+use crate::app::{self, App, AppError, metrics};
 use crate::config::{Config, Resolved};
 use crate::executor::Executor;
 use crate::freezer::Freezer;
+use crate::recorder::Recorder;
 use crate::worker::{BuildScene, Worker};
 use store::{Intent, Store};
+
+use process::Process;
 
 /// A running server. Dropping it does not stop it; [`Service::stop`] does.
 pub struct Service {
@@ -48,9 +57,9 @@ pub async fn start_api(resolved: &Resolved, data_dir: &Path) -> Result<Service, 
 
 async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) -> Result<Service, AppError> {
     let config = &resolved.config;
-    let listener = super::listening::bind(&config.server).await?;
+    let listener = listening::bind(&config.server).await?;
     let address = address_of(&listener, &config.server.listen)?;
-    let store = super::open(data_dir, config, Intent::Create).await?;
+    let store = app::open(data_dir, config, Intent::Create).await?;
     let worker = build.map(|build| worker(resolved, data_dir, &store, build)).transpose()?;
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
     if worker.is_some() {
@@ -83,7 +92,7 @@ pub async fn start_worker(
         None => None,
     };
     let address = listener.as_ref().map(|bound| address_of(bound, &config.worker.listen)).transpose()?;
-    let store = super::open(data_dir, config, Intent::Create).await?;
+    let store = app::open(data_dir, config, Intent::Create).await?;
     let worker = worker(resolved, data_dir, &store, build)?;
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
     start_background(config, &store, &draining);
@@ -139,18 +148,22 @@ fn worker(
     store: &Store,
     build: BuildScene,
 ) -> Result<Worker, AppError> {
-    let cpu = super::cpu_pool(&resolved.config)?;
+    let cpu = app::cpu_pool(&resolved.config)?;
     let freezer = Freezer::new(store.clone(), cpu.clone(), data_dir);
-    let recorder = super::recording::recorder(store, resolved, &cpu, data_dir);
-    let worker = super::worker(store, &resolved.config, &cpu, build);
-    let executor = Executor::new(store.clone(), cpu.clone(), super::executions::execute_stored(resolved));
+    let app = App::new(resolved);
+    let (recording, executing) = (app.clone(), app);
+    let prepare = Arc::new(move |archive: &[u8], order: &Value| recording.prepare_recording(archive, order));
+    let recorder = Recorder::new(store.clone(), cpu.clone(), data_dir, prepare, &resolved.config.worker);
+    let worker = app::worker(store, &resolved.config, &cpu, build);
+    let execute = Arc::new(move |archive: &[u8], order: &Value| executing.execute_stored(archive, order));
+    let executor = Executor::new(store.clone(), cpu.clone(), execute);
     Ok(worker.with(Arc::new(freezer)).with(Arc::new(recorder)).with(Arc::new(executor)))
 }
 
 /// Starts what a process with a worker does beside jobs.
 fn start_background(config: &Config, store: &Store, draining: &CancellationToken) {
-    super::upkeep::start(store, config, draining);
-    super::feeding::start(store, config, draining);
+    upkeep::start(store, config, draining);
+    feeding::start(store, config, draining);
 }
 
 fn address_of(listener: &TcpListener, stated: &str) -> Result<SocketAddr, AppError> {
@@ -169,20 +182,8 @@ fn interface(
     draining: &CancellationToken,
     closing: &CancellationToken,
 ) -> Api {
-    let services = api::Services {
-        validate: super::pipeline::validate(resolved),
-        understand: super::pipeline::understand(resolved),
-        read_instruction: super::pipeline::read_instruction(),
-        predict: super::pipeline::predict(resolved),
-        propose_tasks: super::tasks::propose_tasks(resolved),
-        check_execution: super::executions::check(),
-        check_episodes: super::recording::check(resolved),
-        fetch_image: super::fetching::fetch_image(settings),
-        metrics: metrics::recorder(),
-        max_batch_requests: resolved.config.batches.max_requests,
-    };
-    let queue = resolved.config.queue.clone();
-    let mut api = Api::new(store.clone(), settings.clone(), queue, services, closing.clone());
+    let app = App::new(resolved);
+    let mut api = Api::new(store.clone(), app, settings.clone(), metrics::recorder(), closing.clone());
     api.draining = draining.clone();
     api
 }

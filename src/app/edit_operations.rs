@@ -6,8 +6,8 @@
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
-use super::error::FieldError;
-use super::json_body::{detail_of, field_error, pointer_segment};
+use super::json_error::{detail_of, field_error, pointer_segment};
+use crate::problem::FieldError;
 use scene::edit::{MAX_OPERATIONS, violations};
 use scene::{EditOperation, EditPlace, Violation};
 

@@ -8,19 +8,15 @@ use imaging::codec::{
     CodecError, ImageHeader, MAX_SCENE_SIDE_RATIO, MAX_SIDE_PX, MIN_SCENE_SIDE_PX, read_header, verify_image,
 };
 
-use super::Settings;
-use super::body_memory::Reservation;
-use super::error::{Problem, ProblemType};
+use crate::problem::{Problem, ProblemType};
 use store::Digest;
 
 /// An image that was checked, but not stored.
 #[derive(Debug)]
-pub struct UploadedImage {
+pub struct CheckedImage {
     pub bytes: Bytes,
     pub digest: Digest,
     pub media_type: &'static str,
-    /// Of the bytes, where they came with a request.
-    pub memory: Reservation,
 }
 
 /// Pixels of one block of [`pixel_blocks`].
@@ -33,20 +29,23 @@ pub fn pixel_blocks(bytes: &[u8]) -> u32 {
     u32::try_from(pixels.div_ceil(PIXELS_PER_BLOCK)).unwrap_or(u32::MAX).max(1)
 }
 
-/// Checks an image (decoding it, so it blocks); refuses with what to change.
-pub fn check(bytes: Bytes, settings: &Settings) -> Result<UploadedImage, Problem> {
-    let limit = settings.max_image_bytes;
-    if bytes.len() > limit {
+/// Checks an image of at most so many bytes and pixels. Decodes it, so it blocks.
+///
+/// # Errors
+///
+/// A [`Problem`] that says what to change.
+pub fn check(bytes: Bytes, max_bytes: usize, max_pixels: u64) -> Result<CheckedImage, Problem> {
+    if bytes.len() > max_bytes {
         return Err(Problem::new(
             ProblemType::PayloadTooLarge,
             "image_too_large",
-            format!("the image has {} bytes; send one of at most {limit}", bytes.len()),
+            format!("the image has {} bytes; send one of at most {max_bytes}", bytes.len()),
         ));
     }
-    inspect(bytes, settings.max_image_pixels)
+    inspect(bytes, max_pixels)
 }
 
-fn inspect(bytes: Bytes, max_pixels: u64) -> Result<UploadedImage, Problem> {
+fn inspect(bytes: Bytes, max_pixels: u64) -> Result<CheckedImage, Problem> {
     let ImageHeader { media_type, width_px: width, height_px: height } =
         read_header(&bytes).map_err(refused)?;
     if u64::from(width) * u64::from(height) > max_pixels {
@@ -79,7 +78,7 @@ fn inspect(bytes: Bytes, max_pixels: u64) -> Result<UploadedImage, Problem> {
         ));
     }
     verify_image(&bytes, max_pixels.saturating_mul(12)).map_err(refused)?;
-    Ok(UploadedImage { digest: Digest::of(&bytes), bytes, media_type, memory: Reservation::default() })
+    Ok(CheckedImage { digest: Digest::of(&bytes), bytes, media_type })
 }
 
 fn refused(error: CodecError) -> Problem {
@@ -99,7 +98,7 @@ fn refused(error: CodecError) -> Problem {
 }
 
 /// An image whose bytes cannot be decoded.
-pub(super) fn unreadable(reason: &str) -> Problem {
+pub fn unreadable(reason: &str) -> Problem {
     let reason: String = reason.chars().take(200).collect();
     invalid("image_unreadable", format!("the image is damaged ({reason}); save it again and send that"))
 }

@@ -13,7 +13,7 @@ use std::time::Duration;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
-use super::AppError;
+use crate::app::AppError;
 use store::StoreError;
 
 /// The tasks of a process. Dropping it does not stop them; [`Process::stop`] does.

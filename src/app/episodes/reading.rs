@@ -1,15 +1,15 @@
-//! The body of a request for episodes as an order.
+//! The reading of a draft as an order.
 
 use std::collections::BTreeSet;
 
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
+use super::draft::{EpisodesDraft, RecordDraft};
 use super::order::{Cameras, EpisodesOrder, format_named};
 use super::refused;
-use crate::api::episodes::EpisodesBody;
-use crate::api::error::{FieldError, Problem, ProblemType};
 use crate::app::executions::TaskSource;
+use crate::problem::{FieldError, Problem, ProblemType};
 use demonstrations::vectors::{action_layout, state_layout};
 use demonstrations::{CameraSpec, Randomization, SetupError};
 use episodes::description::{CameraDescription, DatasetDescription};
@@ -37,40 +37,41 @@ const MAX_ATTEMPTS: u64 = 1_000_000;
 /// # Errors
 ///
 /// A [`Problem`] with every value that will not do, or that names an unknown robot.
-pub fn ordered(body: &EpisodesBody) -> Result<EpisodesOrder, Problem> {
+pub fn ordered(draft: &EpisodesDraft) -> Result<EpisodesOrder, Problem> {
     let mut errors = Vec::new();
-    let robot = Robot::built_in(&body.robot, None)
+    let robot = Robot::built_in(&draft.robot, None)
         .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
     let order = EpisodesOrder {
-        tasks: tasks(body, &mut errors),
-        robot: body.robot.clone(),
-        count: body.count,
-        seed: body.seed,
-        randomization: randomization(&body.randomize, &mut errors),
-        cameras: cameras(body, &mut errors),
-        fps: body.record.fps,
-        depth: body.record.depth,
-        instance_ids: body.record.instance_ids,
-        points: body.record.point_cloud,
-        formats: formats(&body.formats, &mut errors),
-        keeps_failures: body.keep_failures,
-        max_attempts: body
+        title: draft.title.as_ref().map(|title| title.trim().to_owned()),
+        tasks: tasks(draft, &mut errors),
+        robot: draft.robot.clone(),
+        count: draft.count,
+        seed: draft.seed,
+        randomization: randomization(&draft.randomize, &mut errors),
+        cameras: cameras(draft, &mut errors),
+        fps: draft.record.fps,
+        depth: draft.record.depth,
+        instance_ids: draft.record.instance_ids,
+        points: draft.record.point_cloud,
+        formats: formats(&draft.formats, &mut errors),
+        keeps_failures: draft.keep_failures,
+        max_attempts: draft
             .max_attempts
-            .unwrap_or_else(|| EpisodesOrder::usual_max_attempts(body.count.min(MAX_ATTEMPTS))),
+            .unwrap_or_else(|| EpisodesOrder::usual_max_attempts(draft.count.min(MAX_ATTEMPTS))),
     };
     if order.seed > MAX_SEED {
         errors.push(FieldError::new("/seed", format!("must be at most {MAX_SEED}")));
     }
-    if body.max_attempts.is_some_and(|attempts| attempts > MAX_ATTEMPTS) {
+    if draft.max_attempts.is_some_and(|attempts| attempts > MAX_ATTEMPTS) {
         errors.push(FieldError::new("/max_attempts", format!("must be at most {MAX_ATTEMPTS}")));
     }
     let is_title = |title: &str| (1..=MAX_TITLE).contains(&title.trim().chars().count());
-    if body.title.as_deref().is_some_and(|title| !is_title(title)) {
+    if draft.title.as_deref().is_some_and(|title| !is_title(title)) {
         errors.push(FieldError::new("/title", format!("must have from 1 to {MAX_TITLE} characters")));
     }
     if let Err(problem) = order.check() {
         errors.extend(
-            problem.errors.into_iter().filter_map(|error| in_body(error, &errors)).collect::<Vec<_>>(),
+            problem.errors.into_iter().filter_map(|error| in_draft(error, &errors)).collect::<Vec<_>>(),
         );
     }
     if !errors.is_empty() {
@@ -80,8 +81,46 @@ pub fn ordered(body: &EpisodesBody) -> Result<EpisodesOrder, Problem> {
     Ok(order)
 }
 
-/// An error of an order where it is in a body; `None` where there is one already.
-fn in_body(error: FieldError, errors: &[FieldError]) -> Option<FieldError> {
+/// Inverse of [`ordered`]: the order as a client could have stated it.
+pub fn stated(order: &EpisodesOrder) -> EpisodesDraft {
+    let task = |source: &TaskSource| match source {
+        TaskSource::Text(text) => json!(text),
+        TaskSource::Task(task) => json!(task),
+    };
+    let mut tasks: Vec<Value> = order.tasks.iter().map(task).collect();
+    let (task, tasks) = if tasks.len() == 1 { (tasks.pop(), None) } else { (None, Some(tasks)) };
+    let usual = RecordDraft::default();
+    let (cameras, size_px) = match &order.cameras {
+        Cameras::Usual { names, side_px } => (names.iter().map(|name| json!(name)).collect(), *side_px),
+        Cameras::Own(cameras) => (cameras.iter().map(|camera| json!(camera)).collect(), usual.size_px),
+    };
+    let name = ["usual", "wide", "none"]
+        .into_iter()
+        .find(|name| Randomization::named(name) == Some(order.randomization));
+    EpisodesDraft {
+        title: order.title.clone(),
+        robot: order.robot.clone(),
+        task,
+        tasks,
+        count: order.count,
+        seed: order.seed,
+        randomize: name.map_or_else(|| json!(order.randomization), |name| json!(name)),
+        record: RecordDraft {
+            cameras,
+            size_px,
+            fps: order.fps,
+            depth: order.depth,
+            instance_ids: order.instance_ids,
+            point_cloud: order.points,
+        },
+        formats: order.formats.iter().map(|format| format.folder().to_owned()).collect(),
+        keep_failures: order.keeps_failures,
+        max_attempts: Some(order.max_attempts),
+    }
+}
+
+/// An error of an order where it is in a draft; `None` where there is one already.
+fn in_draft(error: FieldError, errors: &[FieldError]) -> Option<FieldError> {
     let pointer = match error.pointer.as_str() {
         "/fps" | "/cameras" | "/depth" | "/instance_ids" | "/point_cloud" => {
             format!("/record{}", error.pointer)
@@ -92,11 +131,11 @@ fn in_body(error: FieldError, errors: &[FieldError]) -> Option<FieldError> {
     (!is_known).then(|| FieldError::new(pointer, error.detail))
 }
 
-fn tasks(body: &EpisodesBody, errors: &mut Vec<FieldError>) -> Vec<TaskSource> {
-    if body.task.is_some() && body.tasks.is_some() {
+fn tasks(draft: &EpisodesDraft, errors: &mut Vec<FieldError>) -> Vec<TaskSource> {
+    if draft.task.is_some() && draft.tasks.is_some() {
         errors.push(FieldError::new("", "give `task` or `tasks`, one of them; both are there"));
     }
-    let given = body.tasks();
+    let given = draft.tasks();
     if given.len() > MAX_TASKS {
         errors.push(FieldError::new("/tasks", format!("must name at most {MAX_TASKS} tasks")));
     }
@@ -106,8 +145,8 @@ fn tasks(body: &EpisodesBody, errors: &mut Vec<FieldError>) -> Vec<TaskSource> {
             Value::String(text) => (TaskSource::Text(text.clone()), text.clone()),
             _ => match Task::deserialize(value) {
                 Ok(task) => {
-                    if task.robot != body.robot {
-                        let detail = format!("is for the robot {}, not {}", task.robot, body.robot);
+                    if task.robot != draft.robot {
+                        let detail = format!("is for the robot {}, not {}", task.robot, draft.robot);
                         errors.push(FieldError::new(&*pointer, detail));
                     }
                     let instruction = task.instruction.clone();
@@ -143,8 +182,8 @@ fn randomization(given: &Value, errors: &mut Vec<FieldError>) -> Randomization {
     Randomization::NONE
 }
 
-fn cameras(body: &EpisodesBody, errors: &mut Vec<FieldError>) -> Cameras {
-    let given = &body.record.cameras;
+fn cameras(draft: &EpisodesDraft, errors: &mut Vec<FieldError>) -> Cameras {
+    let given = &draft.record.cameras;
     if given.len() > MAX_CAMERAS {
         errors.push(FieldError::new("/record/cameras", format!("must name at most {MAX_CAMERAS} cameras")));
     }
@@ -172,7 +211,7 @@ fn cameras(body: &EpisodesBody, errors: &mut Vec<FieldError>) -> Cameras {
         let detail = "must be names of usual cameras, or own cameras, and not both";
         errors.push(FieldError::new("/record/cameras", detail));
     }
-    let side_px = body.record.size_px;
+    let side_px = draft.record.size_px;
     let usual = names.len() as u64 * u64::from(side_px).pow(2);
     let pixels = own.iter().map(|camera| u64::from(camera.width_px) * u64::from(camera.height_px));
     if pixels.fold(usual, u64::saturating_add) > MAX_FRAME_PIXELS {
@@ -230,24 +269,39 @@ fn describe(order: &EpisodesOrder, robot: &Robot) -> Result<(), Problem> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
-    fn body(value: Value) -> EpisodesBody {
-        serde_json::from_value(value).expect("a body")
+    fn draft(value: Value) -> EpisodesDraft {
+        serde_json::from_value(value).expect("a draft")
     }
 
     fn pointers(value: Value) -> Vec<String> {
-        let problem = ordered(&body(value)).expect_err("is refused");
+        let problem = ordered(&draft(value)).expect_err("is refused");
         problem.errors.into_iter().map(|error| error.pointer).collect()
     }
 
     #[test]
     fn what_is_left_out_is_as_on_the_command_line() {
-        let order = ordered(&body(json!({ "task": "lift the mug", "count": 3 }))).expect("will do");
+        let order = ordered(&draft(json!({ "task": "lift the mug", "count": 3 }))).expect("will do");
         assert_eq!((order.robot.as_str(), order.count, order.max_attempts), ("panda", 3, 32));
         assert_eq!((order.fps, order.randomization), (15, Randomization::USUAL));
         let Cameras::Usual { names, side_px } = order.cameras else { panic!("usual cameras") };
         assert_eq!((names, side_px), (vec!["side".into(), "front".into(), "wrist".into()], 224));
+    }
+
+    #[test]
+    fn an_order_is_that_of_its_statement() {
+        let own = json!({ "name": "own", "mount": "world", "eye_m": [0.0, -0.1, 1.2], "target_m": [0.0, 0.0, 0.0],
+                          "fov_x_rad": 0.9, "width_px": 64, "height_px": 64 });
+        for value in [
+            json!({ "task": "lift the mug", "count": 3 }),
+            json!({ "tasks": ["lift the mug", "lift the plate"], "count": 9, "title": "Two", "randomize": "wide",
+                    "formats": ["robomimic", "lerobot-v3.0"], "keep_failures": true, "max_attempts": 40,
+                    "record": { "cameras": [own], "fps": 10, "depth": true, "point_cloud": 100 } }),
+            json!({ "task": "lift the mug", "count": 3, "randomize": { "mass": 0.1 }, "seed": 7, "robot": "piper" }),
+        ] {
+            let order = ordered(&draft(value)).expect("will do");
+            assert_eq!(ordered(&stated(&order)).expect("will do").stored(), order.stored());
+        }
     }
 
     #[test]
@@ -297,13 +351,13 @@ mod tests {
             assert_eq!(pointers(value.clone()), expected, "{value}");
         }
         let all = json!({ "depth": true, "instance_ids": true, "point_cloud": 9 });
-        assert!(ordered(&body(kept(all))).is_ok(), "one of the formats keeps them");
+        assert!(ordered(&draft(kept(all))).is_ok(), "one of the formats keeps them");
         for (value, code) in [
             (with("robot", json!("hal")), "unknown_robot"),
             (with("record", json!({ "size_px": 33 })), "description"),
             (with("record", json!({ "cameras": [camera("own"), camera("own")] })), "description"),
         ] {
-            assert_eq!(ordered(&body(value.clone())).expect_err("is refused").code, code, "{value}");
+            assert_eq!(ordered(&draft(value.clone())).expect_err("is refused").code, code, "{value}");
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use tokio::net::{TcpListener, lookup_host};
 
-use super::AppError;
 use crate::api::Settings;
+use crate::app::AppError;
 
 /// Binds `server.listen`.
 ///

@@ -1,0 +1,127 @@
+//! Typed extractors: the id in a path, and a JSON body within its limits.
+
+use std::str::FromStr;
+
+use axum::extract::{FromRequest, FromRequestParts, RawPathParams, Request};
+use axum::http::HeaderMap;
+use axum::http::request::Parts;
+use serde::de::DeserializeOwned;
+
+use super::Api;
+use super::body::{BodyReader, ReceivedBody};
+use super::body_memory::Reservation;
+use super::json_body::{MAX_SMALL_BODY_BYTES, media_type, parse_apart};
+use crate::problem::{Problem, ProblemType};
+use scene::{BatchId, DatasetId, JobId, RecordingId, SceneId};
+
+/// An id that paths have, and the name of what it identifies.
+pub trait ResourceId: FromStr {
+    const NAME: &str;
+}
+
+impl ResourceId for SceneId {
+    const NAME: &str = "scene";
+}
+
+impl ResourceId for JobId {
+    const NAME: &str = "job";
+}
+
+impl ResourceId for BatchId {
+    const NAME: &str = "batch";
+}
+
+impl ResourceId for DatasetId {
+    const NAME: &str = "dataset";
+}
+
+impl ResourceId for RecordingId {
+    const NAME: &str = "recording of episodes";
+}
+
+/// The id in a path, its first parameter. A text that is no id identifies nothing.
+pub struct PathId<T>(pub T);
+
+impl<T: ResourceId> FromRequestParts<Api> for PathId<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, api: &Api) -> Result<Self, Problem> {
+        let parameters = RawPathParams::from_request_parts(parts, api).await;
+        let parameters = parameters.map_err(|_| Problem::not_found(T::NAME, parts.uri.path()))?;
+        let text = parameters.iter().next().map_or("", |(_, text)| text);
+        text.parse().map(Self).map_err(|_| Problem::not_found(T::NAME, text))
+    }
+}
+
+/// The last parameter of a path: the name of something below a resource.
+pub struct PathName(pub String);
+
+impl FromRequestParts<Api> for PathName {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, api: &Api) -> Result<Self, Problem> {
+        let parameters = RawPathParams::from_request_parts(parts, api).await;
+        let parameters = parameters.map_err(|_| Problem::not_found("name", parts.uri.path()))?;
+        Ok(Self(parameters.iter().last().map_or_else(String::new, |(_, text)| text.to_owned())))
+    }
+}
+
+/// The type of a JSON body.
+pub trait JsonRequest: DeserializeOwned + Send + 'static {
+    /// A body for those who send another media type.
+    const EXAMPLE: &str;
+    /// Whether it states a few values: larger ones are refused early.
+    const IS_SMALL: bool = true;
+}
+
+/// The value of a body of the media type `application/json`. The memory is that of the body and the value.
+pub struct JsonBody<T> {
+    pub value: T,
+    pub memory: Reservation,
+}
+
+impl<T: JsonRequest> FromRequest<Api> for JsonBody<T> {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, api: &Api) -> Result<Self, Problem> {
+        if !is_json(request.headers()) {
+            let detail = format!("send application/json such as {}", T::EXAMPLE);
+            return Err(Problem::new(ProblemType::UnsupportedMediaType, "body_format", detail));
+        }
+        let (value, memory) = parse_apart(api, collected::<T>(request, api).await?).await?;
+        Ok(Self { value, memory })
+    }
+}
+
+/// The value of a JSON body, or the default where there is no body.
+pub struct OptionalJsonBody<T>(pub T);
+
+impl<T: JsonRequest + Default> FromRequest<Api> for OptionalJsonBody<T> {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, api: &Api) -> Result<Self, Problem> {
+        let is_json = is_json(request.headers());
+        let body = collected::<T>(request, api).await?;
+        if body.is_empty() {
+            return Ok(Self(T::default()));
+        }
+        if !is_json {
+            let detail = format!("send application/json such as {}, or no body", T::EXAMPLE);
+            return Err(Problem::new(ProblemType::UnsupportedMediaType, "body_format", detail));
+        }
+        Ok(Self(parse_apart(api, body).await?.0))
+    }
+}
+
+fn is_json(headers: &HeaderMap) -> bool {
+    media_type(headers) == "application/json"
+}
+
+async fn collected<T: JsonRequest>(request: Request, api: &Api) -> Result<ReceivedBody, Problem> {
+    let (parts, body) = request.into_parts();
+    let max_bytes = match T::IS_SMALL {
+        true => MAX_SMALL_BODY_BYTES.min(api.settings.max_body_bytes),
+        false => api.settings.max_body_bytes,
+    };
+    BodyReader::new(api, &parts, body, max_bytes).collect().await
+}

@@ -1,0 +1,162 @@
+//! The body of `POST /scenes`: JSON, or multipart with the image as a file.
+
+use std::collections::BTreeMap;
+
+use axum::extract::Request;
+use bytes::Bytes;
+use serde::Deserialize;
+
+use super::Api;
+use super::admission::overloaded;
+use super::body::BodyReader;
+use super::body_memory::Reservation;
+use super::data_uri::Base64Image;
+use super::form_body::{self, Form};
+pub use super::json_body::parse;
+use super::json_body::{media_type, parse_apart};
+use super::query::Time;
+use crate::app::image;
+use crate::app::submission::{SceneOrder, Submission};
+use crate::app::terms::Terms;
+use crate::problem::{FieldError, Problem, ProblemType};
+use scene::request::RequestOptions;
+
+/// The wire form of a request, not validated: the JSON body, or the `request` field of a multipart body.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneBody {
+    /// Description of the objects on the table; beside an image, of its content.
+    pub text: Option<String>,
+    pub image: Option<ImageSource>,
+    pub seed: Option<u64>,
+    pub labels: BTreeMap<String, String>,
+    pub options: RequestOptions,
+    /// Orders the jobs of the client; more is sooner.
+    pub priority: Option<i64>,
+    /// The job starts no earlier.
+    pub not_before: Option<Time>,
+    /// The job fails if it has not ended by then.
+    pub deadline: Option<Time>,
+}
+
+/// URL of an image, or its bytes; one of them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImageSource {
+    /// Base64, alone or as a data URI.
+    pub base64: Option<Base64Image>,
+    pub url: Option<String>,
+}
+
+impl SceneBody {
+    /// The order of the body. `image` is the content of an image file, wherever it came from; [`Self::image`] is not
+    /// read.
+    pub fn order(self, image: Option<Bytes>) -> SceneOrder {
+        let Self { text, image: _, seed, labels, options, priority, not_before, deadline } = self;
+        SceneOrder { text, image, terms: terms(seed, labels, options, (priority, not_before, deadline)) }
+    }
+}
+
+/// The terms of a body, with priority, earliest start and deadline of its job.
+pub(super) fn terms(
+    seed: Option<u64>,
+    labels: BTreeMap<String, String>,
+    options: RequestOptions,
+    (priority, not_before, deadline): (Option<i64>, Option<Time>, Option<Time>),
+) -> Terms {
+    let (not_before_ms, deadline_ms) = (not_before.map(Time::as_ms), deadline.map(Time::as_ms));
+    Terms { seed, labels, options, priority: priority.unwrap_or(0), not_before_ms, deadline_ms }
+}
+
+/// Reads the body of a request, loads its image, and checks both. The reservation covers the image.
+///
+/// # Errors
+///
+/// A [`Problem`] where the body does not arrive within the limits, or will not do.
+pub async fn receive(api: &Api, request: Request) -> Result<(Submission, Reservation), Problem> {
+    let (parts, body) = request.into_parts();
+    let (mut body, file, mut memory) = match media_type(&parts.headers).as_str() {
+        "application/json" => {
+            let reader = BodyReader::new(api, &parts, body, api.settings.max_body_bytes);
+            let (body, memory) = parse_apart(api, reader.collect().await?).await?;
+            (body, None, memory)
+        }
+        "multipart/form-data" => {
+            let Form { request, image, memory } = form_body::read(api, parts, body).await?;
+            if image.is_none() {
+                return Err(Problem::new(
+                    ProblemType::InvalidRequest,
+                    "missing_field",
+                    "the form has no file `image`; send a request without one as application/json",
+                ));
+            }
+            (request.unwrap_or_default(), image, memory)
+        }
+        _ => {
+            return Err(Problem::new(
+                ProblemType::UnsupportedMediaType,
+                "body_format",
+                "send application/json, or multipart/form-data with a file field `image`",
+            ));
+        }
+    };
+    let image = load_image(api, &mut body, file, &mut memory).await?;
+    memory.shrink_to(image.as_ref().map_or(0, Bytes::len) + body.text.as_ref().map_or(0, String::len));
+    let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
+    Ok((check_apart(api, body, image).await?, memory))
+}
+
+/// The content of the image of the request: the file of the form, or what `body.image` names, which is taken out.
+async fn load_image(
+    api: &Api,
+    body: &mut SceneBody,
+    file: Option<Bytes>,
+    memory: &mut Reservation,
+) -> Result<Option<Bytes>, Problem> {
+    match (body.image.take(), file) {
+        (None, file) => Ok(file),
+        (Some(_), Some(_)) => Err(Problem::invalid(vec![FieldError::new(
+            "",
+            "the image is there twice; send it as the form's `image` or in `request`",
+        )])),
+        (Some(ImageSource { base64: Some(Base64Image(bytes)), url: None }), None) => Ok(Some(bytes)),
+        (Some(ImageSource { base64: None, url: Some(url) }), None) => fetch(api, url, memory).await.map(Some),
+        (Some(_), None) => Err(wrong_image("/image", "give `base64` or `url`")),
+    }
+}
+
+/// An image by its address; a few at a time.
+async fn fetch(api: &Api, url: String, memory: &mut Reservation) -> Result<Bytes, Problem> {
+    if !api.settings.fetch_images {
+        let detail = "this server fetches no images; send the bytes as `base64` or as multipart";
+        return Err(wrong_image("/image/url", detail));
+    }
+    let _permit = api.fetches.clone().try_acquire_owned().map_err(|_| overloaded())?;
+    memory.grow_to(memory.bytes() + api.settings.max_image_bytes)?;
+    let fetched = api.fetcher.fetch(url, api.settings.max_image_bytes).await;
+    fetched.map_err(|detail| wrong_image("/image/url", &detail))
+}
+
+fn wrong_image(pointer: &str, detail: &str) -> Problem {
+    Problem::invalid(vec![FieldError::new(pointer, detail)])
+}
+
+/// Checks an order on a thread that may block. Images are decoded a few at a time, and of large ones fewer.
+async fn check_apart(api: &Api, body: SceneBody, image: Option<Bytes>) -> Result<Submission, Problem> {
+    let permits = match &image {
+        Some(bytes) => {
+            let bytes = bytes.clone();
+            let blocks = tokio::task::spawn_blocking(move || image::pixel_blocks(&bytes)).await.unwrap_or(1);
+            let pixels =
+                api.pixel_blocks.clone().acquire_many_owned(blocks.min(api.max_pixel_blocks())).await.ok();
+            Some((pixels, api.decoders.clone().acquire_owned().await.ok()))
+        }
+        None => None,
+    };
+    let (app, order) = (api.app.clone(), body.order(image));
+    let checked = tokio::task::spawn_blocking(move || {
+        let _permits = permits;
+        app.check_scene(order)
+    });
+    checked.await.unwrap_or_else(|_| Err(image::unreadable("its decoder gave up")))
+}

@@ -1,0 +1,183 @@
+//! Orders of executions: as a client states them, checked, and as they are stored.
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::TaskSource;
+use crate::app::submission::check_text;
+use crate::app::tasks::robot_named;
+use crate::problem::{FieldError, Problem};
+use scene::request::MAX_SEED;
+use tasks::Task;
+
+/// An order of an execution as a client states it, not checked.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ExecutionDraft {
+    /// An instruction in words, or [`Self::task`].
+    pub text: Option<String>,
+    /// A task as `GET /scenes/{scene_id}/tasks` gives it; it names its robot.
+    pub task: Option<Value>,
+    /// The robot of an instruction in words.
+    pub robot: String,
+    pub seed: u64,
+    /// Place of the robot's base; chosen if absent.
+    pub base: Option<BasePlace>,
+    /// Whether the archive has a video.
+    pub video: bool,
+}
+
+impl Default for ExecutionDraft {
+    fn default() -> Self {
+        Self { text: None, task: None, robot: "panda".to_owned(), seed: 0, base: None, video: false }
+    }
+}
+
+/// Place of a robot's base, in the frame of the scene, and its direction: turned by `yaw_rad` about the vertical.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BasePlace {
+    pub x_m: f64,
+    pub y_m: f64,
+    /// Above the top of the table.
+    pub z_m: f64,
+    pub yaw_rad: f64,
+}
+
+impl BasePlace {
+    /// No number is greater than this, in meters and radians.
+    const MAX: f64 = 10.0;
+
+    /// Checks that no number is out of range.
+    ///
+    /// # Errors
+    /// The name of the first that is, and what is wrong with it.
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
+        let named = [("x_m", self.x_m), ("y_m", self.y_m), ("z_m", self.z_m), ("yaw_rad", self.yaw_rad)];
+        match named.into_iter().find(|(_, value)| !(-Self::MAX..=Self::MAX).contains(value)) {
+            Some((name, value)) => {
+                Err((name, format!("is {value}; it must be from {} to {}", -Self::MAX, Self::MAX)))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// The form of the answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ExecutionFormat {
+    /// Verdict, task and motion as one document.
+    #[default]
+    Json,
+    /// The files that `tabletopgen execute --out` writes.
+    Zip,
+}
+
+/// Order of an execution, as it is stored.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExecutionOrder {
+    pub task: TaskSource,
+    /// The robot of an instruction in words.
+    pub robot: String,
+    pub seed: u64,
+    pub base: Option<BasePlace>,
+    pub video: bool,
+    pub format: ExecutionFormat,
+}
+
+impl ExecutionOrder {
+    /// Version of the stored form.
+    const VERSION: u32 = 2;
+
+    /// The order as it is stored.
+    pub fn stored(&self) -> Value {
+        json!({ "version": Self::VERSION, "order": self })
+    }
+
+    /// Inverse of [`Self::stored`]. Reads version 1, too, in which an instruction has its robot within.
+    ///
+    /// # Errors
+    ///
+    /// Another version wrote the order.
+    pub fn of_stored(stored: &Value) -> Result<Self, serde_json::Error> {
+        let mut order = stored["order"].clone();
+        if stored["version"] == 1 {
+            let instruction = order["task"]["text"].clone();
+            order["robot"] = instruction.get("robot").cloned().unwrap_or_default();
+            if let Some(text) = instruction.get("text") {
+                order["task"]["text"] = text.clone();
+            }
+            if order["robot"].is_null() {
+                order["robot"] = order["task"]["task"]["robot"].clone();
+            }
+        }
+        Self::deserialize(order)
+    }
+}
+
+impl ExecutionDraft {
+    /// Checks all that needs no scene.
+    ///
+    /// # Errors
+    ///
+    /// A [`Problem`] with every value that will not do, or that names an unknown robot.
+    pub fn checked(self, format: ExecutionFormat, max_text_chars: usize) -> Result<ExecutionOrder, Problem> {
+        let Self { text, task, robot, seed, base, video } = self;
+        let mut errors = Vec::new();
+        if seed > MAX_SEED {
+            errors.push(FieldError::new("/seed", format!("must be at most {MAX_SEED}")));
+        }
+        if let Some(Err((name, why))) = base.map(|base| base.check()) {
+            errors.push(FieldError::new(format!("/base/{name}"), why));
+        }
+        if video && format == ExecutionFormat::Json {
+            errors.push(FieldError::new("/video", "a video is in the archive alone; ask with format=zip"));
+        }
+        let source = source_of(text, task, max_text_chars).map_err(|error| errors.push(error));
+        let Some(task) = source.ok().filter(|_| errors.is_empty()) else {
+            return Err(Problem::invalid(errors));
+        };
+        robot_named(task.robot(&robot))?;
+        Ok(ExecutionOrder { task, robot, seed, base, video, format })
+    }
+}
+
+/// The task of an order: its own, or that of its instruction.
+fn source_of(
+    text: Option<String>,
+    task: Option<Value>,
+    max_text_chars: usize,
+) -> Result<TaskSource, FieldError> {
+    match (text, task) {
+        (Some(text), None) => match check_text(&text, max_text_chars) {
+            Ok(text) => Ok(TaskSource::Text(text)),
+            Err(why) => Err(FieldError::new("/text", why)),
+        },
+        (None, Some(task)) => match Task::deserialize(task) {
+            Ok(task) => Ok(TaskSource::Task(Box::new(task))),
+            Err(error) => Err(FieldError::new("/task", format!("is no task: {error}"))),
+        },
+        (both, _) => {
+            let which = if both.is_some() { "both are there" } else { "there is neither" };
+            Err(FieldError::new("", format!("give `text` or `task`, one of them; {which}")))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_of_both_versions_are_read() {
+        let order = ExecutionDraft { text: Some("lift the mug".to_owned()), ..ExecutionDraft::default() };
+        let order = order.checked(ExecutionFormat::Json, 100).expect("will do");
+        assert_eq!(ExecutionOrder::of_stored(&order.stored()).expect("is read"), order);
+        let mut first = order.stored();
+        first["version"] = json!(1);
+        first["order"]["task"] = json!({ "text": { "text": "lift the mug", "robot": "panda" } });
+        first["order"].as_object_mut().expect("an object").remove("robot");
+        assert_eq!(ExecutionOrder::of_stored(&first).expect("is read"), order);
+    }
+}

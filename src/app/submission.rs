@@ -1,0 +1,159 @@
+//! Requests for scenes that may be enqueued, and the check of an order of a scene from a text or an image.
+
+use std::collections::BTreeMap;
+
+use bytes::Bytes;
+use serde_json::json;
+
+use super::App;
+use super::image::{self, CheckedImage};
+use super::terms::Terms;
+use crate::problem::{FieldError, Problem};
+use scene::{Input, SceneId, SceneRequest, TenantId};
+use store::queue::{self, Schedule};
+use store::scenes::NewScene;
+use store::{Digest, Store, StoreError};
+
+/// An order of a scene from a text, an image or both; not checked.
+#[derive(Clone, Debug, Default)]
+pub struct SceneOrder {
+    /// Description of the objects on the table; beside an image, of its content.
+    pub text: Option<String>,
+    /// Content of an image file.
+    pub image: Option<Bytes>,
+    pub terms: Terms,
+}
+
+/// A submission that may be enqueued.
+#[derive(Debug)]
+pub struct Submission {
+    pub request: SceneRequest,
+    /// The scene that it is made from.
+    pub parent_id: Option<SceneId>,
+    pub labels: BTreeMap<String, String>,
+    pub priority: i64,
+    /// Milliseconds since 1970.
+    pub not_before_ms: Option<i64>,
+    pub deadline_ms: Option<i64>,
+    /// To be stored before the request that names it.
+    pub image: Option<CheckedImage>,
+    /// An archive that the request names, where it is not stored yet.
+    pub bundle: Option<Bytes>,
+    /// The same for the same content, whatever its form; a seed drawn here does not count.
+    pub body_digest: Digest,
+}
+
+impl Submission {
+    /// Schedule of the job.
+    pub fn schedule(&self, queue: &queue::Settings) -> Schedule {
+        let Self { priority, not_before_ms, deadline_ms, .. } = *self;
+        Schedule { priority, not_before_ms, deadline_ms, ..Schedule::usual(queue.clone()) }
+    }
+
+    /// The same as a scene made from `parent`, which is part of its content.
+    pub fn child_of(self, parent: SceneId) -> Self {
+        let body_digest = Digest::of(format!("{parent} {}", self.body_digest).as_bytes());
+        Self { parent_id: Some(parent), body_digest, ..self }
+    }
+
+    /// Stores the image and the archive, if there are any, and returns the row to insert. `default_budget_usd` applies
+    /// to requests without a budget.
+    ///
+    /// # Errors
+    ///
+    /// A [`StoreError`] if they cannot be stored.
+    pub async fn into_row(
+        self,
+        store: &Store,
+        tenant_id: TenantId,
+        default_budget_usd: f64,
+        idempotency_key: Option<String>,
+    ) -> Result<NewScene, StoreError> {
+        if let Some(image) = self.image {
+            store.blobs().put(image.bytes).await?;
+        }
+        if let Some(bundle) = self.bundle {
+            store.blobs().put(bundle).await?;
+        }
+        Ok(NewScene {
+            tenant_id,
+            parent_id: self.parent_id,
+            budget_micro_usd: self.request.options.budget(default_budget_usd).0,
+            request: json!(self.request),
+            labels: self.labels,
+            idempotency: idempotency_key.map(|key| (key, self.body_digest.to_string())),
+        })
+    }
+}
+
+impl App {
+    /// Checks an order of a scene; the result may be enqueued. Decodes the image, so it blocks.
+    ///
+    /// # Errors
+    ///
+    /// A [`Problem`] with every violation of the order, or with the reason why the image is refused.
+    pub fn check_scene(&self, order: SceneOrder) -> Result<Submission, Problem> {
+        let SceneOrder { text: given, image, terms } = order;
+        let server = &self.config().server;
+        let mut errors = terms.errors();
+        let mut text = None;
+        match &given {
+            Some(given) => match check_text(given, server.max_text_chars) {
+                Ok(checked) => text = Some(checked),
+                Err(detail) => errors.push(FieldError::new("/text", detail)),
+            },
+            None if image.is_none() => {
+                errors.push(FieldError::new("", "give `text`, `image`, or both; there is none"));
+            }
+            None => {}
+        }
+        if !errors.is_empty() {
+            return Err(Problem::invalid(errors));
+        }
+        let image = image
+            .map(|bytes| image::check(bytes, server.max_image_bytes, server.max_image_pixels))
+            .transpose()?;
+        let input = match &image {
+            Some(image) => Input::Image {
+                sha256: image.digest.to_string(),
+                media_type: image.media_type.to_owned(),
+                text,
+            },
+            None => Input::Text { text: text.unwrap_or_default() },
+        };
+        Ok(Submission { image, ..self.submission(terms, input)? })
+    }
+}
+
+/// A text of a request without surrounding white space.
+///
+/// # Errors
+///
+/// What is wrong with it, as the detail of a [`FieldError`].
+pub fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
+    let length = text.chars().count();
+    let text = text.trim();
+    if !text.contains(char::is_alphanumeric) {
+        // Marks and emoji alone ask for no more than an empty text.
+        Err("is empty; describe a table and what lies on it".into())
+    } else if length > max_chars {
+        Err(format!("has {length} characters; say it in at most {max_chars}"))
+    } else if text.chars().any(|c| c.is_control() && !matches!(c, '\n' | '\r' | '\t')) {
+        Err("contains control characters; remove them".into())
+    } else {
+        Ok(text.to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::check_text;
+
+    #[test]
+    fn a_text_without_a_letter_or_a_digit_is_empty() {
+        for text in ["", " \n", "!!!", "...", "🙂"] {
+            assert!(check_text(text, 100).is_err_and(|why| why.starts_with("is empty")), "{text:?}");
+        }
+        assert_eq!(check_text(" 3 mugs!\n", 100), Ok("3 mugs!".to_owned()));
+    }
+}

@@ -1,0 +1,203 @@
+//! Refusals of requests as RFC 9457 problem documents, for every caller: the interface sends them, the command line
+//! prints them, a job that is refused keeps code and message.
+//!
+//! `type` comes from a closed list, `code` is stable and finer, `detail` says what to change, `errors` points into the
+//! request.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use serde::Serialize;
+use serde_json::json;
+
+/// The closed list of problem types; each has one status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProblemType {
+    /// 400: the request cannot be read.
+    MalformedRequest,
+    /// 422: it can be read, and a value in it will not do.
+    InvalidRequest,
+    /// 403: this sender may not ask for this.
+    Forbidden,
+    NotFound,
+    MethodNotAllowed,
+    RequestTimeout,
+    /// 409: not in this state.
+    Conflict,
+    Gone,
+    PayloadTooLarge,
+    UnsupportedMediaType,
+    RangeNotSatisfiable,
+    /// 421: the host is not one of this server.
+    Misdirected,
+    /// 429: one client asks for more than its share.
+    TooManyRequests,
+    Internal,
+    Unavailable,
+    /// 507: a tenant's quota leaves no room.
+    InsufficientStorage,
+}
+
+impl ProblemType {
+    pub const ALL: [Self; 16] = [
+        Self::MalformedRequest,
+        Self::InvalidRequest,
+        Self::Forbidden,
+        Self::NotFound,
+        Self::MethodNotAllowed,
+        Self::RequestTimeout,
+        Self::Conflict,
+        Self::Gone,
+        Self::PayloadTooLarge,
+        Self::UnsupportedMediaType,
+        Self::RangeNotSatisfiable,
+        Self::Misdirected,
+        Self::TooManyRequests,
+        Self::Internal,
+        Self::Unavailable,
+        Self::InsufficientStorage,
+    ];
+
+    /// Status and reason phrase (RFC 9110, section 15), and the name in the type's URI.
+    fn facts(self) -> (u16, &'static str, &'static str) {
+        match self {
+            Self::MalformedRequest => (400, "Bad Request", "malformed-request"),
+            Self::InvalidRequest => (422, "Unprocessable Entity", "invalid-request"),
+            Self::Forbidden => (403, "Forbidden", "forbidden"),
+            Self::NotFound => (404, "Not Found", "not-found"),
+            Self::MethodNotAllowed => (405, "Method Not Allowed", "method-not-allowed"),
+            Self::RequestTimeout => (408, "Request Timeout", "request-timeout"),
+            Self::Conflict => (409, "Conflict", "conflict"),
+            Self::Gone => (410, "Gone", "gone"),
+            Self::PayloadTooLarge => (413, "Payload Too Large", "payload-too-large"),
+            Self::UnsupportedMediaType => (415, "Unsupported Media Type", "unsupported-media-type"),
+            Self::RangeNotSatisfiable => (416, "Range Not Satisfiable", "range-not-satisfiable"),
+            Self::Misdirected => (421, "Misdirected Request", "misdirected-request"),
+            Self::TooManyRequests => (429, "Too Many Requests", "too-many-requests"),
+            Self::Internal => (500, "Internal Server Error", "internal"),
+            Self::Unavailable => (503, "Service Unavailable", "unavailable"),
+            Self::InsufficientStorage => (507, "Insufficient Storage", "insufficient-storage"),
+        }
+    }
+
+    pub fn status(self) -> u16 {
+        self.facts().0
+    }
+
+    /// The standard reason phrase of the status.
+    pub fn title(self) -> &'static str {
+        self.facts().1
+    }
+
+    /// `urn:tabletopgen:problem:<name>`.
+    pub fn uri(self) -> String {
+        format!("urn:tabletopgen:problem:{}", self.facts().2)
+    }
+}
+
+/// Place in a request, and the fault there.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FieldError {
+    /// JSON pointer, such as `/options/table/size_m`.
+    pub pointer: String,
+    pub detail: String,
+}
+
+impl FieldError {
+    pub fn new(pointer: impl Into<String>, detail: impl Into<String>) -> Self {
+        Self { pointer: pointer.into(), detail: detail.into() }
+    }
+}
+
+/// A refusal of a request.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    pub kind: ProblemType,
+    /// Stable, `[a-z0-9_]+`.
+    pub code: Cow<'static, str>,
+    /// Fault and correction.
+    pub detail: String,
+    pub errors: Vec<FieldError>,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message())
+    }
+}
+
+impl std::error::Error for Problem {}
+
+impl Problem {
+    pub fn new(kind: ProblemType, code: &'static str, detail: impl Into<String>) -> Self {
+        Self { kind, code: Cow::Borrowed(code), detail: detail.into(), errors: Vec::new() }
+    }
+
+    /// A body that can be read but not accepted.
+    pub fn invalid(errors: Vec<FieldError>) -> Self {
+        let place = |error: &FieldError| match error.pointer.as_str() {
+            "" => "the body".to_owned(),
+            pointer => pointer.to_owned(),
+        };
+        let places: Vec<String> = errors.iter().map(place).collect();
+        let detail = format!("correct {} and send it again", places.join(", "));
+        Self { kind: ProblemType::InvalidRequest, code: Cow::Borrowed("invalid_body"), detail, errors }
+    }
+
+    /// The code, if this process made the problem; `failed` of one that was stored.
+    pub fn own_code(&self) -> &'static str {
+        match self.code {
+            Cow::Borrowed(code) => code,
+            Cow::Owned(_) => "failed",
+        }
+    }
+
+    /// Fault and correction in one sentence, with the places in the body.
+    pub fn message(&self) -> String {
+        let errors: Vec<String> =
+            self.errors.iter().map(|error| format!("{} {}", error.pointer, error.detail)).collect();
+        if errors.is_empty() { self.detail.clone() } else { errors.join("; ") }
+    }
+
+    /// Nothing new can be stored.
+    pub fn storage_full() -> Self {
+        Self::new(
+            ProblemType::Unavailable,
+            "storage_full",
+            "the server's disk is full; nothing was enqueued. Send it again when its operator has freed space",
+        )
+    }
+
+    /// The tenant's scenes have as many bytes as they may.
+    pub fn quota_exceeded(used_bytes: u64, quota_bytes: u64) -> Self {
+        Self::new(
+            ProblemType::InsufficientStorage,
+            "quota_exceeded",
+            format!(
+                "your scenes use {used_bytes} of {quota_bytes} bytes; delete scenes that you no longer need"
+            ),
+        )
+    }
+
+    pub fn not_found(what: &str, id: &str) -> Self {
+        let shown: String = id.chars().take(80).collect();
+        Self::new(ProblemType::NotFound, "not_found", format!("there is no {what} {shown:?}"))
+    }
+
+    /// The document, with the id of the request it answers.
+    pub fn document(&self, request_id: &str) -> serde_json::Value {
+        let (status, title) = (self.kind.status(), self.kind.title());
+        let mut document = json!({
+            "type": self.kind.uri(),
+            "title": title,
+            "status": status,
+            "code": self.code,
+            "detail": self.detail,
+            "request_id": request_id,
+        });
+        if !self.errors.is_empty() {
+            document["errors"] = json!(self.errors);
+        }
+        document
+    }
+}
