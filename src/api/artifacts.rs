@@ -1,39 +1,36 @@
 //! `/scenes/{scene_id}/artifacts`: the artifacts that each stage stored for inspection.
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
 
-use super::Api;
 use super::download::{Content, Download, respond};
-use super::extract::{PathId, PathName};
+use super::extract::{PathId, PathName, TenantApi};
 use super::rebuild::missing_bytes;
 use super::scenes::find;
 use super::views::ArtifactView;
 use crate::problem::Problem;
 use scene::SceneId;
-use store::DEFAULT_TENANT;
 
 /// `GET /scenes/{scene_id}/artifacts`.
-pub async fn list(State(api): State<Api>, PathId(scene_id): PathId<SceneId>) -> Result<Response, Problem> {
+pub async fn list(api: TenantApi, PathId(scene_id): PathId<SceneId>) -> Result<Response, Problem> {
     find(&api, &scene_id).await?;
-    let rows = api.store.artifacts(&DEFAULT_TENANT, &scene_id).await?;
+    let rows = api.store.artifacts(&api.tenant_id, &scene_id).await?;
     let views: Vec<ArtifactView> = rows.into_iter().map(|row| ArtifactView::new(&scene_id, row)).collect();
     Ok(Json(json!({ "artifacts": views })).into_response())
 }
 
 /// `GET /scenes/{scene_id}/artifacts/{*name}`.
 pub async fn download(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     PathName(name): PathName,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     find(&api, &scene_id).await?;
-    let artifact = api.store.artifact(&DEFAULT_TENANT, &scene_id, &name).await?;
+    let artifact = api.store.artifact(&api.tenant_id, &scene_id, &name).await?;
     let file = artifact.ok_or_else(|| Problem::not_found("artifact", &name))?.file;
     let what = Download {
         digest: &file.digest,

@@ -10,19 +10,17 @@ mod requests;
 mod views;
 
 use axum::Json;
-use axum::extract::{Request, State};
+use axum::extract::Request;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 
-use super::Api;
 use super::accepted::accepted_at;
 use super::enqueue::Delivery;
-use super::extract::{JsonRequest, OptionalJsonBody, PathId};
+use super::extract::{JsonRequest, OptionalJsonBody, PathId, TenantApi};
 use super::query::{Page, PageSize, PageToken, Parameters};
 use crate::problem::{Problem, ProblemType};
 use ::batches::BatchState;
 use scene::BatchId;
-use store::DEFAULT_TENANT;
 use store::batches::{BatchCancelOutcome, BatchFilter, BatchRetryOutcome, BatchRow};
 
 pub use output::{errors, output};
@@ -31,7 +29,7 @@ use views::BatchView;
 
 /// `POST /batches`.
 pub async fn submit(
-    State(api): State<Api>,
+    api: TenantApi,
     Parameters(parameters): Parameters<SubmitParameters>,
     Delivery { idempotency_key, .. }: Delivery,
     request: Request,
@@ -58,7 +56,7 @@ struct BatchPage {
 
 /// `GET /batches`.
 pub async fn list(
-    State(api): State<Api>,
+    api: TenantApi,
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Response, Problem> {
     let size = parameters.page_size;
@@ -67,7 +65,7 @@ pub async fn list(
         before_id: parameters.page_token.and_then(PageToken::last_id),
         limit: size.rows_to_read(),
     };
-    let rows = api.store.batches(&DEFAULT_TENANT, filter).await?;
+    let rows = api.store.batches(&api.tenant_id, filter).await?;
     let Page { rows, next_page_token } = size.page_of(rows, |batch| PageToken::after(batch.id.as_str()));
     let accounts = api.store.batch_accounts(&rows).await?;
     let batches = rows.into_iter().zip(accounts).map(|(row, account)| BatchView::new(row, account));
@@ -76,13 +74,13 @@ pub async fn list(
 }
 
 /// `GET /batches/{batch_id}`.
-pub async fn show(State(api): State<Api>, PathId(batch_id): PathId<BatchId>) -> Result<Response, Problem> {
+pub async fn show(api: TenantApi, PathId(batch_id): PathId<BatchId>) -> Result<Response, Problem> {
     Ok(Json(view(&api, &batch_id).await?).into_response())
 }
 
 /// `POST /batches/{batch_id}/cancel`.
-pub async fn cancel(State(api): State<Api>, PathId(batch_id): PathId<BatchId>) -> Result<Response, Problem> {
-    match api.store.cancel_batch(&DEFAULT_TENANT, &batch_id).await? {
+pub async fn cancel(api: TenantApi, PathId(batch_id): PathId<BatchId>) -> Result<Response, Problem> {
+    match api.store.cancel_batch(&api.tenant_id, &batch_id).await? {
         BatchCancelOutcome::Accepted => accepted(&api, &batch_id).await,
         BatchCancelOutcome::TooLate(state) => Err(Problem::new(
             ProblemType::Conflict,
@@ -106,13 +104,13 @@ impl JsonRequest for RetryBody {
 
 /// `POST /batches/{batch_id}/retry`.
 pub async fn retry(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(batch_id): PathId<BatchId>,
     OptionalJsonBody(body): OptionalJsonBody<RetryBody>,
 ) -> Result<Response, Problem> {
     let budget = body.budget_usd.map(BudgetUsd::amount);
     let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
-    match api.store.retry_batch(&DEFAULT_TENANT, &batch_id, budget).await? {
+    match api.store.retry_batch(&api.tenant_id, &batch_id, budget).await? {
         BatchRetryOutcome::Accepted(_) => accepted(&api, &batch_id).await,
         BatchRetryOutcome::NothingToRetry => conflict(
             "nothing_to_retry",
@@ -126,19 +124,19 @@ pub async fn retry(
 }
 
 /// 202 with the batch and its address.
-async fn accepted(api: &Api, batch_id: &BatchId) -> Result<Response, Problem> {
+async fn accepted(api: &TenantApi, batch_id: &BatchId) -> Result<Response, Problem> {
     let view = view(api, batch_id).await?;
     Ok(accepted_at(&view.links.this, &view))
 }
 
-async fn view(api: &Api, batch_id: &BatchId) -> Result<BatchView, Problem> {
+async fn view(api: &TenantApi, batch_id: &BatchId) -> Result<BatchView, Problem> {
     let row = find(api, batch_id).await?;
     let account = api.store.batch_accounts(std::slice::from_ref(&row)).await?.pop().unwrap_or_default();
     Ok(BatchView::new(row, account))
 }
 
 /// A batch that is there.
-async fn find(api: &Api, batch_id: &BatchId) -> Result<BatchRow, Problem> {
-    let batch = api.store.batch(&DEFAULT_TENANT, batch_id).await?;
+async fn find(api: &TenantApi, batch_id: &BatchId) -> Result<BatchRow, Problem> {
+    let batch = api.store.batch(&api.tenant_id, batch_id).await?;
     batch.ok_or_else(|| Problem::not_found("batch", batch_id.as_str()))
 }

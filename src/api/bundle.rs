@@ -5,7 +5,6 @@
 
 use std::io::Cursor;
 
-use axum::extract::State;
 use axum::http::{HeaderMap, Method};
 use axum::response::Response;
 use bytes::Bytes;
@@ -13,18 +12,17 @@ use serde::Deserialize;
 use zip::result::ZipResult;
 use zip::{ZipArchive, ZipWriter};
 
-use super::Api;
 use super::download::{Content, Download, respond};
-use super::extract::PathId;
+use super::extract::{PathId, TenantApi};
 use super::query::Parameters;
 use super::rebuild::missing_bytes;
 use super::scenes::find;
 use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
 use scene::job::SceneState;
+use store::Digest;
 use store::artifacts::ArchiveRow;
 use store::scenes::SceneRow;
-use store::{DEFAULT_TENANT, Digest};
 
 /// Formats with a folder of their own in the bundle; everything outside these folders is in every archive.
 const FORMATS: [&str; 5] = ["usd", "urdf", "mjcf", "sdf", "glb"];
@@ -69,7 +67,7 @@ impl TryFrom<String> for BundleFormat {
 
 /// `GET /scenes/{scene_id}/bundle`.
 pub async fn download(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Parameters(parameters): Parameters<BundleParameters>,
     method: Method,
@@ -122,13 +120,13 @@ struct Archive {
 }
 
 /// The archive of a format; `None` if the bytes of the whole bundle are gone.
-async fn archive(api: &Api, scene_id: &SceneId, format: &str) -> Result<Option<Archive>, Problem> {
-    if let Some(row) = api.store.archive(&DEFAULT_TENANT, scene_id, format).await?
+async fn archive(api: &TenantApi, scene_id: &SceneId, format: &str) -> Result<Option<Archive>, Problem> {
+    if let Some(row) = api.store.archive(&api.tenant_id, scene_id, format).await?
         && api.store.blobs().contains(&row.digest).await?
     {
         return Ok(Some(Archive { row, unstored: None }));
     }
-    let Some(all) = api.store.archive(&DEFAULT_TENANT, scene_id, "all").await? else {
+    let Some(all) = api.store.archive(&api.tenant_id, scene_id, "all").await? else {
         return Err(Problem::new(
             ProblemType::Gone,
             "bundle_removed",
@@ -162,7 +160,7 @@ async fn archive(api: &Api, scene_id: &SceneId, format: &str) -> Result<Option<A
     let stored = match api.store.blobs().put(part.clone()).await {
         Ok(digest) => {
             let row = ArchiveRow { digest, size };
-            api.store.record_archive(&DEFAULT_TENANT, scene_id, format, row.clone()).await.map(|()| row)
+            api.store.record_archive(&api.tenant_id, scene_id, format, row.clone()).await.map(|()| row)
         }
         Err(error) => Err(error),
     };

@@ -7,34 +7,32 @@ mod request;
 mod views;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::Api;
 use super::accepted::accepted_at;
 use super::download::{Content, Download, respond};
 use super::enqueue::Delivery;
-use super::extract::{JsonBody, PathId, PathName};
+use super::extract::{JsonBody, PathId, PathName, TenantApi};
 use super::pieces::{self, Piece};
 use super::query::{Page, PageSize, PageToken, Parameters};
 use crate::problem::{Problem, ProblemType};
 use ::datasets::tar;
 use scene::DatasetId;
+use store::Digest;
 use store::datasets::{
     DatasetFile, DatasetFilter, DatasetRow, DatasetState, NewDataset, SubmitDatasetOutcome, VerifyOutcome,
 };
-use store::{DEFAULT_TENANT, Digest};
 
 use request::{DatasetBody, check_source};
 use views::{DatasetFileView, DatasetView};
 
 /// `POST /datasets`.
 pub async fn submit(
-    State(api): State<Api>,
+    api: TenantApi,
     Delivery { idempotency_key, .. }: Delivery,
     JsonBody { value: body, memory: _memory }: JsonBody<DatasetBody>,
 ) -> Result<Response, Problem> {
@@ -42,7 +40,7 @@ pub async fn submit(
     check_source(&api, &request).await?;
     let request = json!(request);
     let new = NewDataset {
-        tenant_id: DEFAULT_TENANT.clone(),
+        tenant_id: api.tenant_id.clone(),
         body_digest: Digest::of(format!("{name} {request}").as_bytes()),
         name,
         request,
@@ -77,7 +75,7 @@ struct DatasetPage {
 
 /// `GET /datasets`.
 pub async fn list(
-    State(api): State<Api>,
+    api: TenantApi,
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Response, Problem> {
     let size = parameters.page_size;
@@ -87,27 +85,21 @@ pub async fn list(
         before_id: parameters.page_token.and_then(PageToken::last_id),
         limit: size.rows_to_read(),
     };
-    let rows = api.store.datasets(&DEFAULT_TENANT, filter).await?;
+    let rows = api.store.datasets(&api.tenant_id, filter).await?;
     let Page { rows, next_page_token } = size.page_of(rows, |dataset| PageToken::after(dataset.id.as_str()));
     let page = DatasetPage { datasets: rows.into_iter().map(DatasetView::new).collect(), next_page_token };
     Ok(Json(page).into_response())
 }
 
 /// `GET /datasets/{dataset_id}`.
-pub async fn show(
-    State(api): State<Api>,
-    PathId(dataset_id): PathId<DatasetId>,
-) -> Result<Response, Problem> {
+pub async fn show(api: TenantApi, PathId(dataset_id): PathId<DatasetId>) -> Result<Response, Problem> {
     let dataset = find(&api, &dataset_id).await?;
     Ok(Json(DatasetView::new(dataset)).into_response())
 }
 
 /// `POST /datasets/{dataset_id}/verify`.
-pub async fn verify(
-    State(api): State<Api>,
-    PathId(dataset_id): PathId<DatasetId>,
-) -> Result<Response, Problem> {
-    match api.store.verify_dataset(&DEFAULT_TENANT, &dataset_id).await? {
+pub async fn verify(api: TenantApi, PathId(dataset_id): PathId<DatasetId>) -> Result<Response, Problem> {
+    match api.store.verify_dataset(&api.tenant_id, &dataset_id).await? {
         VerifyOutcome::Accepted => accepted(&api, &dataset_id).await,
         VerifyOutcome::NotFrozen(state) => Err(not_frozen(state)),
         VerifyOutcome::NotFound => Err(Problem::not_found("dataset", dataset_id.as_str())),
@@ -115,10 +107,7 @@ pub async fn verify(
 }
 
 /// `GET /datasets/{dataset_id}/files`.
-pub async fn files(
-    State(api): State<Api>,
-    PathId(dataset_id): PathId<DatasetId>,
-) -> Result<Response, Problem> {
+pub async fn files(api: TenantApi, PathId(dataset_id): PathId<DatasetId>) -> Result<Response, Problem> {
     let dataset = frozen(&api, &dataset_id).await?;
     let files = api.store.dataset_files(&dataset.id).await?;
     let files: Vec<DatasetFileView> =
@@ -128,7 +117,7 @@ pub async fn files(
 
 /// `GET /datasets/{dataset_id}/files/{name}`.
 pub async fn download(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(dataset_id): PathId<DatasetId>,
     PathName(path): PathName,
     method: Method,
@@ -152,7 +141,7 @@ pub async fn download(
 
 /// `GET /datasets/{dataset_id}/archive`.
 pub async fn archive(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(dataset_id): PathId<DatasetId>,
     method: Method,
     headers: HeaderMap,
@@ -200,19 +189,19 @@ fn damaged() -> Problem {
 }
 
 /// 202 with the dataset and its address.
-async fn accepted(api: &Api, dataset_id: &DatasetId) -> Result<Response, Problem> {
+async fn accepted(api: &TenantApi, dataset_id: &DatasetId) -> Result<Response, Problem> {
     let view = DatasetView::new(find(api, dataset_id).await?);
     Ok(accepted_at(&view.links.this, &view))
 }
 
 /// A dataset that is there.
-async fn find(api: &Api, dataset_id: &DatasetId) -> Result<DatasetRow, Problem> {
-    let dataset = api.store.dataset(&DEFAULT_TENANT, dataset_id).await?;
+async fn find(api: &TenantApi, dataset_id: &DatasetId) -> Result<DatasetRow, Problem> {
+    let dataset = api.store.dataset(&api.tenant_id, dataset_id).await?;
     dataset.ok_or_else(|| Problem::not_found("dataset", dataset_id.as_str()))
 }
 
 /// A dataset with a version.
-async fn frozen(api: &Api, dataset_id: &DatasetId) -> Result<DatasetRow, Problem> {
+async fn frozen(api: &TenantApi, dataset_id: &DatasetId) -> Result<DatasetRow, Problem> {
     let dataset = find(api, dataset_id).await?;
     if dataset.state == DatasetState::Finished { Ok(dataset) } else { Err(not_frozen(dataset.state)) }
 }

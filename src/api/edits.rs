@@ -3,15 +3,13 @@
 use std::collections::BTreeMap;
 
 use axum::Json;
-use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::Api;
 use super::admission::overloaded;
 use super::enqueue::{Delivery, enqueue};
-use super::extract::{JsonBody, JsonRequest, PathId};
+use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::parent;
 use super::query::{Parameters, Time};
 use super::scene_body::terms;
@@ -70,7 +68,7 @@ impl JsonRequest for EditBody {
 
 /// `POST /scenes/{scene_id}/edits`.
 pub async fn submit(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Parameters(SubmitParameters { validate_only }): Parameters<SubmitParameters>,
     delivery: Delivery,

@@ -9,6 +9,7 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
 use super::Api;
+use super::extract::TenantApi;
 use super::scenes::{find, latest_job};
 use super::views::{JobView, SceneView};
 use crate::app::submission::Submission;
@@ -16,7 +17,6 @@ use crate::problem::{Problem, ProblemType};
 use crate::spans;
 use scene::job::SceneState;
 use scene::{JobId, SceneId};
-use store::DEFAULT_TENANT;
 use store::queue::QueueFull;
 use store::retention::QuotaOutcome;
 use store::scenes::{NewRows, SubmitOutcome};
@@ -45,7 +45,7 @@ impl FromRequestParts<Api> for Delivery {
 ///
 /// A [`Problem`] where there is no space for the scene, the key came with another body, or the store does not answer.
 pub(super) async fn enqueue(
-    api: &Api,
+    api: &TenantApi,
     submission: Submission,
     delivery: Delivery,
 ) -> Result<Response, Problem> {
@@ -59,7 +59,7 @@ pub(super) async fn enqueue(
     }
     let (scene, job) = match (rows, wait) {
         (Some(rows), None) => {
-            let outlook = api.store.outlook_of_new(&DEFAULT_TENANT, &rows).await?;
+            let outlook = api.store.outlook_of_new(&api.tenant_id, &rows).await?;
             (rows.scene, Some(JobView::new(rows.job, outlook)))
         }
         _ => (find(api, &scene_id).await?, latest_job(api, &scene_id).await?),
@@ -98,16 +98,16 @@ pub(super) struct Enqueued {
 ///
 /// As [`enqueue`].
 pub(super) async fn enqueue_one(
-    api: &Api,
+    api: &TenantApi,
     submission: Submission,
     idempotency_key: Option<String>,
 ) -> Result<Result<Enqueued, QueueFull>, Problem> {
-    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await {
+    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&api.tenant_id).await {
         return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
     }
     let budget_usd = api.settings.usual_budget_usd;
     let schedule = submission.schedule(&api.app.config().queue);
-    let new = submission.into_row(&api.store, DEFAULT_TENANT.clone(), budget_usd, idempotency_key).await?;
+    let new = submission.into_row(&api.store, api.tenant_id.clone(), budget_usd, idempotency_key).await?;
     match api.store.submit_scheduled(new, schedule).await? {
         SubmitOutcome::Created { scene_id, job_id, rows } => {
             metrics::counter!("tabletopgen_scenes_submitted_total").increment(1);
@@ -174,14 +174,14 @@ pub(super) enum Awaited<'a> {
 }
 
 impl Awaited<'_> {
-    async fn has_ended(&self, api: &Api) -> Result<bool, Problem> {
+    async fn has_ended(&self, api: &TenantApi) -> Result<bool, Problem> {
         Ok(match self {
             Self::Scene(id) => {
-                let scene = api.store.scene(&DEFAULT_TENANT, id).await?;
+                let scene = api.store.scene(&api.tenant_id, id).await?;
                 scene.is_none_or(|scene| scene.state != SceneState::Pending)
             }
             Self::Job(id) => {
-                let job = api.store.job(&DEFAULT_TENANT, id).await?;
+                let job = api.store.job(&api.tenant_id, id).await?;
                 job.is_none_or(|job| job.state.is_final())
             }
         })
@@ -189,7 +189,7 @@ impl Awaited<'_> {
 }
 
 /// Returns when the work has ended, or after `wait`, or when the process is to end.
-pub(super) async fn wait_for(api: &Api, awaited: Awaited<'_>, wait: Duration) -> Result<(), Problem> {
+pub(super) async fn wait_for(api: &TenantApi, awaited: Awaited<'_>, wait: Duration) -> Result<(), Problem> {
     let deadline = tokio::time::Instant::now() + wait;
     let mut changes = api.store.changes();
     while !awaited.has_ended(api).await? {

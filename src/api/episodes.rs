@@ -9,29 +9,27 @@ mod request;
 mod views;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::Api;
 use super::accepted::accepted_at;
 use super::admission::overloaded;
 use super::download::{Download, respond};
 use super::enqueue::Delivery;
-use super::extract::{JsonBody, JsonRequest, PathId, PathName};
+use super::extract::{JsonBody, JsonRequest, PathId, PathName, TenantApi};
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters};
 use super::{parent, scenes};
 use crate::app::episodes::draft::EpisodesDraft;
 use crate::app::episodes::ordered;
 use crate::problem::{Problem, ProblemType};
 use scene::{RecordingId, SceneId};
+use store::Digest;
 use store::recordings::{
     CancelRecordingOutcome, NewRecording, RecordingArchive, RecordingFilter, RecordingRow, RecordingState,
     SubmitRecordingOutcome,
 };
-use store::{DEFAULT_TENANT, Digest};
 
 use content::{file_content, media_type_of, whole};
 use request::StateFilter;
@@ -43,7 +41,7 @@ impl JsonRequest for EpisodesDraft {
 
 /// `POST /scenes/{scene_id}/episodes`.
 pub async fn submit(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Delivery { idempotency_key, .. }: Delivery,
     JsonBody { value: draft, memory: _memory }: JsonBody<EpisodesDraft>,
@@ -55,7 +53,7 @@ pub async fn submit(
     let bundle = parent::bundle_of(&api, &scene, true).await?;
     let request = order.stored();
     let new = NewRecording {
-        tenant_id: DEFAULT_TENANT.clone(),
+        tenant_id: api.tenant_id.clone(),
         body_digest: Digest::of(format!("{scene_id} {request}").as_bytes()),
         scene_id,
         request,
@@ -95,7 +93,7 @@ struct RecordingPage {
 
 /// `GET /episodes`.
 pub async fn list(
-    State(api): State<Api>,
+    api: TenantApi,
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Response, Problem> {
     let size = parameters.page_size;
@@ -105,7 +103,7 @@ pub async fn list(
         before_id: parameters.page_token.and_then(PageToken::last_id),
         limit: size.rows_to_read(),
     };
-    let rows = api.store.recordings(&DEFAULT_TENANT, filter).await?;
+    let rows = api.store.recordings(&api.tenant_id, filter).await?;
     let Page { rows, next_page_token } = size.page_of(rows, |row| PageToken::after(row.id.as_str()));
     let mut recordings = Vec::with_capacity(rows.len());
     for row in rows {
@@ -116,20 +114,14 @@ pub async fn list(
 }
 
 /// `GET /episodes/{recording_id}`.
-pub async fn show(
-    State(api): State<Api>,
-    PathId(recording_id): PathId<RecordingId>,
-) -> Result<Response, Problem> {
+pub async fn show(api: TenantApi, PathId(recording_id): PathId<RecordingId>) -> Result<Response, Problem> {
     let row = find(&api, &recording_id).await?;
     Ok(Json(RecordingView::of(&api, row).await?).into_response())
 }
 
 /// `POST /episodes/{recording_id}/cancel`.
-pub async fn cancel(
-    State(api): State<Api>,
-    PathId(recording_id): PathId<RecordingId>,
-) -> Result<Response, Problem> {
-    match api.store.cancel_recording(&DEFAULT_TENANT, &recording_id).await? {
+pub async fn cancel(api: TenantApi, PathId(recording_id): PathId<RecordingId>) -> Result<Response, Problem> {
+    match api.store.cancel_recording(&api.tenant_id, &recording_id).await? {
         CancelRecordingOutcome::Accepted => accepted(&api, &recording_id).await,
         CancelRecordingOutcome::TooLate(state) => Err(Problem::new(
             ProblemType::Conflict,
@@ -152,7 +144,7 @@ pub struct FileParameters {
 
 /// `GET /episodes/{recording_id}/files`.
 pub async fn files(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(recording_id): PathId<RecordingId>,
     Parameters(parameters): Parameters<FileParameters>,
 ) -> Result<Response, Problem> {
@@ -168,7 +160,7 @@ pub async fn files(
 
 /// `GET /episodes/{recording_id}/files/{name}`.
 pub async fn download(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(recording_id): PathId<RecordingId>,
     PathName(path): PathName,
     method: Method,
@@ -194,7 +186,7 @@ pub async fn download(
 
 /// `GET /episodes/{recording_id}/archives/{format}`.
 pub async fn archive(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(recording_id): PathId<RecordingId>,
     PathName(format): PathName,
     method: Method,
@@ -213,7 +205,7 @@ pub async fn archive(
     respond(&api, &method, &headers, what).await?.ok_or_else(damaged)
 }
 
-async fn archive_of(api: &Api, row: &RecordingRow, format: &str) -> Result<RecordingArchive, Problem> {
+async fn archive_of(api: &TenantApi, row: &RecordingRow, format: &str) -> Result<RecordingArchive, Problem> {
     let archives = api.store.recording_archives(&row.id).await?;
     let found = archives.into_iter().find(|archive| archive.format == format);
     found.ok_or_else(|| Problem::not_found("format of the episodes", format))
@@ -228,19 +220,19 @@ fn damaged() -> Problem {
 }
 
 /// 202 with the recording and its address.
-async fn accepted(api: &Api, recording_id: &RecordingId) -> Result<Response, Problem> {
+async fn accepted(api: &TenantApi, recording_id: &RecordingId) -> Result<Response, Problem> {
     let view = RecordingView::of(api, find(api, recording_id).await?).await?;
     Ok(accepted_at(&view.links.this, &view))
 }
 
 /// A recording that is there.
-pub(super) async fn find(api: &Api, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
-    let row = api.store.recording(&DEFAULT_TENANT, recording_id).await?;
+pub(super) async fn find(api: &TenantApi, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
+    let row = api.store.recording(&api.tenant_id, recording_id).await?;
     row.ok_or_else(|| Problem::not_found("recording of episodes", recording_id.as_str()))
 }
 
 /// A recording with a dataset.
-async fn finished(api: &Api, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
+async fn finished(api: &TenantApi, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
     let row = find(api, recording_id).await?;
     let (code, detail) = match row.state {
         RecordingState::Finished => return Ok(row),

@@ -15,7 +15,6 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::sse::{Event as SentEvent, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -25,8 +24,7 @@ use serde::Deserialize;
 use serde_json::json;
 use tokio::time::Instant;
 
-use super::Api;
-use super::extract::PathId;
+use super::extract::{PathId, TenantApi};
 use super::query::{PageSize, Parameters, Sequence};
 use super::serve::connection::Connection;
 use super::views::EventView;
@@ -52,7 +50,7 @@ pub struct EventParameters {
 
 /// `GET /jobs/{job_id}/events`.
 pub async fn of_job(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(job_id): PathId<JobId>,
     Parameters(parameters): Parameters<EventParameters>,
     connection: Option<Extension<Arc<Connection>>>,
@@ -63,7 +61,7 @@ pub async fn of_job(
 
 /// `GET /episodes/{recording_id}/events`.
 pub async fn of_recording(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(recording_id): PathId<RecordingId>,
     Parameters(parameters): Parameters<EventParameters>,
     connection: Option<Extension<Arc<Connection>>>,
@@ -75,7 +73,7 @@ pub async fn of_recording(
 
 /// A page of events, or a stream of those to come.
 async fn answer(
-    api: Api,
+    api: TenantApi,
     subject: Subject,
     parameters: EventParameters,
     connection: Option<Extension<Arc<Connection>>>,
@@ -98,12 +96,12 @@ async fn answer(
         }
     };
     if !is_stream {
-        let events = subject.events(&api.store, after, size).await?;
+        let events = subject.events(&api, after, size).await?;
         let next = events.last().map_or(after, |event| event.seq);
         let views: Vec<EventView> = events.into_iter().map(EventView::new).collect();
         return Ok(Json(json!({ "events": views, "next_after": next })).into_response());
     }
-    if has_ended && subject.events(&api.store, seen, 1).await?.is_empty() {
+    if has_ended && subject.events(&api, seen, 1).await?.is_empty() {
         // Tells an EventSource that there is nothing to come back for.
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
@@ -129,7 +127,7 @@ fn wants_stream(headers: &HeaderMap) -> bool {
 /// Every event after the one seen last, until the subject has ended, the client has gone, the stream is too old or the
 /// process is to end.
 struct EventStream {
-    api: Api,
+    api: TenantApi,
     subject: Subject,
     seen: i64,
     progress: Progress,
@@ -141,7 +139,7 @@ struct EventStream {
 }
 
 impl EventStream {
-    fn new(api: Api, subject: Subject, seen: i64, slot: StreamSlot) -> Self {
+    fn new(api: TenantApi, subject: Subject, seen: i64, slot: StreamSlot) -> Self {
         let progress = api.hub.follow(&subject);
         let ends = Instant::now() + Duration::from_secs(api.settings.max_event_stream_secs);
         let events = VecDeque::new();
@@ -173,7 +171,7 @@ impl EventStream {
             let progress = *self.progress.borrow_and_update();
             if progress.is_some_and(|progress| progress.last_seq > self.seen) {
                 let _turn = self.api.stream_reads.acquire().await;
-                self.events = self.subject.events(&self.api.store, self.seen, 100).await?.into();
+                self.events = self.subject.events(&self.api, self.seen, 100).await?.into();
                 if !self.events.is_empty() {
                     continue;
                 }

@@ -3,7 +3,6 @@
 //! An execution is a job (see `executor`), and has its id; with `Prefer: wait` one request brings the answer, too. The
 //! same scene, task, robot and seed give the same bytes again.
 
-use axum::extract::State;
 use axum::http::{HeaderMap, Method};
 use axum::response::Response;
 use serde::Deserialize;
@@ -12,15 +11,14 @@ use super::accepted::accepted_at;
 use super::admission::overloaded;
 use super::download::{Content, Download, respond};
 use super::enqueue::{Awaited, Delivery, preference_applied, wait_for};
-use super::extract::{JsonBody, JsonRequest, PathId};
+use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::query::Parameters;
 use super::scenes::find;
-use super::{Api, jobs, parent};
+use super::{jobs, parent};
 use crate::app::executions::order::{ExecutionDraft, ExecutionFormat};
 use crate::problem::{Problem, ProblemType};
 use scene::job::{FailureClass, JobState};
 use scene::{JobId, SceneId};
-use store::DEFAULT_TENANT;
 use store::executions::NewExecution;
 use store::jobs::JobRow;
 
@@ -37,7 +35,7 @@ impl JsonRequest for ExecutionDraft {
 
 /// `POST /scenes/{scene_id}/executions`.
 pub async fn submit(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Parameters(ExecutionParameters { format }): Parameters<ExecutionParameters>,
     delivery: Delivery,
@@ -48,7 +46,7 @@ pub async fn submit(
     let scene = find(&api, &scene_id).await?;
     let bundle = parent::bundle_of(&api, &scene, true).await?;
     let new = NewExecution {
-        tenant_id: DEFAULT_TENANT.clone(),
+        tenant_id: api.tenant_id.clone(),
         scene_id,
         request: order.stored(),
         bundle: bundle.digest,
@@ -67,19 +65,24 @@ pub async fn submit(
 
 /// `GET /executions/{execution_id}`.
 pub async fn show(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(job_id): PathId<JobId>,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let job = api.store.job(&DEFAULT_TENANT, &job_id).await?;
+    let job = api.store.job(&api.tenant_id, &job_id).await?;
     let job = job.ok_or_else(|| Problem::not_found("execution", job_id.as_str()))?;
     answer(&api, job, &method, &headers).await
 }
 
 /// The answer of an ended execution.
-async fn answer(api: &Api, job: JobRow, method: &Method, headers: &HeaderMap) -> Result<Response, Problem> {
-    let execution = api.store.execution(&DEFAULT_TENANT, &job.id).await?;
+async fn answer(
+    api: &TenantApi,
+    job: JobRow,
+    method: &Method,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
+    let execution = api.store.execution(&api.tenant_id, &job.id).await?;
     let execution = execution.ok_or_else(|| Problem::not_found("execution", job.id.as_str()))?;
     if let Some(answer) = execution.answer {
         let what = Download {
@@ -119,7 +122,7 @@ async fn answer(api: &Api, job: JobRow, method: &Method, headers: &HeaderMap) ->
 }
 
 /// 202 with the job.
-async fn accepted(api: &Api, job_id: &JobId) -> Result<Response, Problem> {
+async fn accepted(api: &TenantApi, job_id: &JobId) -> Result<Response, Problem> {
     let view = jobs::view(api, jobs::find(api, job_id).await?).await?;
     Ok(accepted_at(&view.links.this, &view))
 }

@@ -1,5 +1,7 @@
-//! Typed extractors: the id in a path, and a JSON body within its limits.
+//! Typed extractors: the tenant of a request, the id in a path, and a JSON body within its limits.
 
+use std::convert::Infallible;
+use std::ops::Deref;
 use std::str::FromStr;
 
 use axum::extract::{FromRequest, FromRequestParts, RawPathParams, Request};
@@ -12,7 +14,32 @@ use super::body::{BodyReader, ReceivedBody};
 use super::body_memory::Reservation;
 use super::json_body::{MAX_SMALL_BODY_BYTES, media_type, parse_apart};
 use crate::problem::{Problem, ProblemType};
-use scene::{BatchId, DatasetId, JobId, RecordingId, SceneId};
+use scene::{BatchId, DatasetId, JobId, RecordingId, SceneId, TenantId};
+use store::DEFAULT_TENANT;
+
+/// The state that handlers share, on behalf of the tenant that a request comes from.
+#[derive(Clone)]
+pub struct TenantApi {
+    api: Api,
+    /// Clients are not authenticated, so it is the one tenant of a server.
+    pub tenant_id: TenantId,
+}
+
+impl Deref for TenantApi {
+    type Target = Api;
+
+    fn deref(&self) -> &Api {
+        &self.api
+    }
+}
+
+impl FromRequestParts<Api> for TenantApi {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(_: &mut Parts, api: &Api) -> Result<Self, Infallible> {
+        Ok(Self { api: api.clone(), tenant_id: DEFAULT_TENANT.clone() })
+    }
+}
 
 /// An id that paths have, and the name of what it identifies.
 pub trait ResourceId: FromStr {

@@ -1,22 +1,19 @@
 //! `/jobs`: list, show, stages, cancel, retry.
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::Api;
 use super::accepted::accepted_at;
-use super::extract::{JsonRequest, OptionalJsonBody, PathId};
+use super::extract::{JsonRequest, OptionalJsonBody, PathId, TenantApi};
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters, Time};
 use super::views::{JobView, StageView};
 use crate::problem::{Problem, ProblemType};
 use crate::spans;
 use scene::JobId;
 use scene::job::{JobKind, JobState};
-use store::DEFAULT_TENANT;
 use store::jobs::{JobFilter, JobRow, RetryOutcome};
 use store::queue::CancelOutcome;
 
@@ -48,7 +45,7 @@ struct JobPage {
 
 /// `GET /jobs`.
 pub async fn list(
-    State(api): State<Api>,
+    api: TenantApi,
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Response, Problem> {
     let size = parameters.page_size;
@@ -63,7 +60,7 @@ pub async fn list(
         before_id: parameters.page_token.and_then(PageToken::last_id),
         limit: size.rows_to_read(),
     };
-    let rows = api.store.jobs(&DEFAULT_TENANT, filter).await?;
+    let rows = api.store.jobs(&api.tenant_id, filter).await?;
     let Page { rows, next_page_token } = size.page_of(rows, |job| PageToken::after(job.id.as_str()));
     let jobs = views(&api, rows.into_iter().map(Some).collect()).await?;
     let page = JobPage { jobs: jobs.into_iter().flatten().collect(), next_page_token };
@@ -71,22 +68,22 @@ pub async fn list(
 }
 
 /// `GET /jobs/{job_id}`.
-pub async fn show(State(api): State<Api>, PathId(job_id): PathId<JobId>) -> Result<Response, Problem> {
+pub async fn show(api: TenantApi, PathId(job_id): PathId<JobId>) -> Result<Response, Problem> {
     let job = find(&api, &job_id).await?;
     Ok(Json(view(&api, job).await?).into_response())
 }
 
 /// `GET /jobs/{job_id}/stages`.
-pub async fn stages(State(api): State<Api>, PathId(job_id): PathId<JobId>) -> Result<Response, Problem> {
+pub async fn stages(api: TenantApi, PathId(job_id): PathId<JobId>) -> Result<Response, Problem> {
     find(&api, &job_id).await?;
-    let rows = api.store.stages(&DEFAULT_TENANT, &job_id).await?;
+    let rows = api.store.stages(&api.tenant_id, &job_id).await?;
     let views: Vec<StageView> = rows.into_iter().map(StageView::new).collect();
     Ok(Json(json!({ "stages": views })).into_response())
 }
 
 /// `POST /jobs/{job_id}/cancel`.
-pub async fn cancel(State(api): State<Api>, PathId(job_id): PathId<JobId>) -> Result<Response, Problem> {
-    match api.store.cancel(&DEFAULT_TENANT, &job_id).await? {
+pub async fn cancel(api: TenantApi, PathId(job_id): PathId<JobId>) -> Result<Response, Problem> {
+    match api.store.cancel(&api.tenant_id, &job_id).await? {
         CancelOutcome::Accepted(_) => {
             let job = find(&api, &job_id).await?;
             Ok((StatusCode::ACCEPTED, Json(view(&api, job).await?)).into_response())
@@ -113,12 +110,12 @@ impl JsonRequest for RetryBody {
 
 /// `POST /jobs/{job_id}/retry`.
 pub async fn retry(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(job_id): PathId<JobId>,
     OptionalJsonBody(body): OptionalJsonBody<RetryBody>,
 ) -> Result<Response, Problem> {
     let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
-    match api.store.retry(&DEFAULT_TENANT, &job_id, body.from_stage).await? {
+    match api.store.retry(&api.tenant_id, &job_id, body.from_stage).await? {
         RetryOutcome::Created { job_id } => {
             let job = find(&api, &job_id).await?;
             spans::submitted(job.scene_id.as_ref(), &job_id);
@@ -147,21 +144,24 @@ pub async fn retry(
 }
 
 /// A job that is there.
-pub(super) async fn find(api: &Api, job_id: &JobId) -> Result<JobRow, Problem> {
-    let job = api.store.job(&DEFAULT_TENANT, job_id).await?;
+pub(super) async fn find(api: &TenantApi, job_id: &JobId) -> Result<JobRow, Problem> {
+    let job = api.store.job(&api.tenant_id, job_id).await?;
     job.ok_or_else(|| Problem::not_found("job", job_id.as_str()))
 }
 
 /// A job as clients see it.
-pub(super) async fn view(api: &Api, job: JobRow) -> Result<JobView, Problem> {
-    let outlooks = api.store.outlooks(&DEFAULT_TENANT, &[&job]).await?;
+pub(super) async fn view(api: &TenantApi, job: JobRow) -> Result<JobView, Problem> {
+    let outlooks = api.store.outlooks(&api.tenant_id, &[&job]).await?;
     Ok(JobView::new(job, outlooks.first().copied().unwrap_or_default()))
 }
 
 /// As [`view`], for the jobs of a page at once.
-pub(super) async fn views(api: &Api, jobs: Vec<Option<JobRow>>) -> Result<Vec<Option<JobView>>, Problem> {
+pub(super) async fn views(
+    api: &TenantApi,
+    jobs: Vec<Option<JobRow>>,
+) -> Result<Vec<Option<JobView>>, Problem> {
     let known: Vec<&JobRow> = jobs.iter().flatten().collect();
-    let mut outlooks = api.store.outlooks(&DEFAULT_TENANT, &known).await?.into_iter();
+    let mut outlooks = api.store.outlooks(&api.tenant_id, &known).await?.into_iter();
     let mut view = |job| JobView::new(job, outlooks.next().unwrap_or_default());
     Ok(jobs.into_iter().map(|job| job.map(&mut view)).collect())
 }

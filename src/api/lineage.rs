@@ -1,18 +1,15 @@
 //! `/scenes/{scene_id}/lineage`: what a scene was made from, by which operations, and what was made from it.
 
 use axum::Json;
-use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::Api;
-use super::extract::PathId;
+use super::extract::{PathId, TenantApi};
 use super::scenes::{find, latest_job};
 use super::views::{StageView, timestamp};
 use crate::problem::Problem;
 use scene::SceneId;
-use store::DEFAULT_TENANT;
 use store::scenes::{SceneFilter, SceneRow};
 
 /// Largest number of ancestors that are listed, the nearest ones.
@@ -68,14 +65,14 @@ impl LineageEntry {
 }
 
 /// `GET /scenes/{scene_id}/lineage`.
-pub async fn show(State(api): State<Api>, PathId(scene_id): PathId<SceneId>) -> Result<Response, Problem> {
+pub async fn show(api: TenantApi, PathId(scene_id): PathId<SceneId>) -> Result<Response, Problem> {
     let scene = find(&api, &scene_id).await?;
-    let ancestors = api.store.ancestors(&DEFAULT_TENANT, &scene_id, MAX_ANCESTORS).await?;
+    let ancestors = api.store.ancestors(&api.tenant_id, &scene_id, MAX_ANCESTORS).await?;
     let children =
         SceneFilter { parent: Some(scene_id.clone()), limit: MAX_CHILDREN, ..SceneFilter::default() };
-    let children = api.store.scenes(&DEFAULT_TENANT, children).await?;
+    let children = api.store.scenes(&api.tenant_id, children).await?;
     let stages = match latest_job(&api, &scene_id).await? {
-        Some(job) => api.store.stages(&DEFAULT_TENANT, &job.id).await?,
+        Some(job) => api.store.stages(&api.tenant_id, &job.id).await?,
         None => Vec::new(),
     };
     let stages = Some(stages.into_iter().map(StageView::new).collect());

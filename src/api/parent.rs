@@ -3,13 +3,12 @@
 use futures::TryStreamExt;
 use tokio::sync::OwnedSemaphorePermit;
 
-use super::Api;
+use super::extract::TenantApi;
 use super::rebuild::missing_bytes;
 use crate::app::edit_scene::ParentBundle;
 use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
 use scene::job::SceneState;
-use store::DEFAULT_TENANT;
 use store::scenes::SceneRow;
 
 /// The stored bundle of a scene.
@@ -18,12 +17,12 @@ use store::scenes::SceneRow;
 ///
 /// A [`Problem`] where the scene is not finished, is quarantined and that is not allowed, or its bundle is gone.
 pub(super) async fn bundle_of(
-    api: &Api,
+    api: &TenantApi,
     scene: &SceneRow,
     allow_quarantined: bool,
 ) -> Result<ParentBundle, Problem> {
     check_state(scene, allow_quarantined)?;
-    let Some(archive) = api.store.archive(&DEFAULT_TENANT, &scene.id, "all").await? else {
+    let Some(archive) = api.store.archive(&api.tenant_id, &scene.id, "all").await? else {
         let detail =
             "the bundle of this quarantined scene was removed after its time; submit the scene again";
         return Err(Problem::new(ProblemType::Gone, "bundle_removed", detail));
@@ -49,7 +48,7 @@ pub(super) async fn bundle_of(
 ///
 /// A [`Problem`] where the bytes are gone, where `work` fails, and where it panics.
 pub(super) async fn compute_with<T: Send + 'static>(
-    api: &Api,
+    api: &TenantApi,
     scene_id: &SceneId,
     bundle: &ParentBundle,
     permit: OwnedSemaphorePermit,

@@ -1,14 +1,13 @@
 //! The answer where stored bytes of a scene are gone or damaged: a job makes them again.
 
-use super::Api;
+use super::extract::TenantApi;
 use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
-use store::DEFAULT_TENANT;
 use store::rebuild::RebuildOutcome;
 
 /// Enqueues the job, unless there is one; the answer to the client.
-pub async fn missing_bytes(api: &Api, scene_id: &SceneId) -> Problem {
-    match api.store.rebuild(&DEFAULT_TENANT, scene_id).await {
+pub async fn missing_bytes(api: &TenantApi, scene_id: &SceneId) -> Problem {
+    match api.store.rebuild(&api.tenant_id, scene_id).await {
         Ok(RebuildOutcome::Enqueued(job_id) | RebuildOutcome::Active(job_id)) => Problem::new(
             ProblemType::Unavailable,
             "being_rebuilt",

@@ -6,11 +6,11 @@ use axum::extract::Request;
 use bytes::Bytes;
 use serde::Deserialize;
 
-use super::Api;
 use super::admission::overloaded;
 use super::body::BodyReader;
 use super::body_memory::Reservation;
 use super::data_uri::Base64Image;
+use super::extract::TenantApi;
 use super::form_body::{self, Form};
 pub use super::json_body::parse;
 use super::json_body::{media_type, parse_apart};
@@ -73,7 +73,7 @@ pub(super) fn terms(
 /// # Errors
 ///
 /// A [`Problem`] where the body does not arrive within the limits, or will not do.
-pub async fn receive(api: &Api, request: Request) -> Result<(Submission, Reservation), Problem> {
+pub async fn receive(api: &TenantApi, request: Request) -> Result<(Submission, Reservation), Problem> {
     let (parts, body) = request.into_parts();
     let (mut body, file, mut memory) = match media_type(&parts.headers).as_str() {
         "application/json" => {
@@ -108,7 +108,7 @@ pub async fn receive(api: &Api, request: Request) -> Result<(Submission, Reserva
 
 /// The content of the image of the request: the file of the form, or what `body.image` names, which is taken out.
 async fn load_image(
-    api: &Api,
+    api: &TenantApi,
     body: &mut SceneBody,
     file: Option<Bytes>,
     memory: &mut Reservation,
@@ -126,7 +126,7 @@ async fn load_image(
 }
 
 /// An image by its address; a few at a time.
-async fn fetch(api: &Api, url: String, memory: &mut Reservation) -> Result<Bytes, Problem> {
+async fn fetch(api: &TenantApi, url: String, memory: &mut Reservation) -> Result<Bytes, Problem> {
     if !api.settings.fetch_images {
         let detail = "this server fetches no images; send the bytes as `base64` or as multipart";
         return Err(wrong_image("/image/url", detail));
@@ -142,7 +142,7 @@ fn wrong_image(pointer: &str, detail: &str) -> Problem {
 }
 
 /// Checks an order on a thread that may block. Images are decoded a few at a time, and of large ones fewer.
-async fn check_apart(api: &Api, body: SceneBody, image: Option<Bytes>) -> Result<Submission, Problem> {
+async fn check_apart(api: &TenantApi, body: SceneBody, image: Option<Bytes>) -> Result<Submission, Problem> {
     let permits = match &image {
         Some(bytes) => {
             let bytes = bytes.clone();

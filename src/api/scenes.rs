@@ -1,21 +1,20 @@
 //! `/scenes`: submit, list, show, delete.
 
 use axum::Json;
-use axum::extract::{Request, State};
+use axum::extract::Request;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::enqueue::{Delivery, enqueue};
-use super::extract::PathId;
+use super::extract::{PathId, TenantApi};
 use super::query::{IdFilter, LabelFilter, Page, PageSize, PageToken, Parameters, Time};
 use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
-use super::{Api, jobs, scene_body};
+use super::{jobs, scene_body};
 use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
 use scene::job::SceneState;
-use store::DEFAULT_TENANT;
 use store::scenes::{DeleteOutcome, SceneFilter, SceneRow};
 
 /// Parameters of `POST /scenes`, and of the other requests for a new scene.
@@ -28,7 +27,7 @@ pub struct SubmitParameters {
 
 /// `POST /scenes`.
 pub async fn submit(
-    State(api): State<Api>,
+    api: TenantApi,
     Parameters(SubmitParameters { validate_only }): Parameters<SubmitParameters>,
     delivery: Delivery,
     request: Request,
@@ -56,7 +55,7 @@ pub struct ListParameters {
 
 /// `GET /scenes`.
 pub async fn list(
-    State(api): State<Api>,
+    api: TenantApi,
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Response, Problem> {
     let size = parameters.page_size;
@@ -68,7 +67,7 @@ pub async fn list(
         before_id: parameters.page_token.and_then(PageToken::last_id),
         limit: size.rows_to_read(),
     };
-    let rows = api.store.scenes(&DEFAULT_TENANT, filter).await?;
+    let rows = api.store.scenes(&api.tenant_id, filter).await?;
     let Page { rows, next_page_token } = size.page_of(rows, |(scene, _)| PageToken::after(scene.id.as_str()));
     let (scenes, jobs): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
     let jobs = jobs::views(&api, jobs).await?;
@@ -87,37 +86,34 @@ struct ScenePage {
 }
 
 /// `GET /scenes/{scene_id}`.
-pub async fn show(State(api): State<Api>, PathId(scene_id): PathId<SceneId>) -> Result<Response, Problem> {
+pub async fn show(api: TenantApi, PathId(scene_id): PathId<SceneId>) -> Result<Response, Problem> {
     let scene = find(&api, &scene_id).await?;
     let job = latest_job(&api, &scene_id).await?;
     let stages = match &job {
-        Some(job) => api.store.stages(&DEFAULT_TENANT, &job.id).await?,
+        Some(job) => api.store.stages(&api.tenant_id, &job.id).await?,
         None => Vec::new(),
     };
-    let artifacts = api.store.artifacts(&DEFAULT_TENANT, &scene_id).await?;
+    let artifacts = api.store.artifacts(&api.tenant_id, &scene_id).await?;
     let mut view = SceneView::new(scene, job);
     view.stages = Some(stages.into_iter().map(StageView::new).collect());
-    let spending = api.store.spending(&DEFAULT_TENANT, &scene_id).await?;
-    let calls = api.store.calls(&DEFAULT_TENANT, &scene_id).await?;
+    let spending = api.store.spending(&api.tenant_id, &scene_id).await?;
+    let calls = api.store.calls(&api.tenant_id, &scene_id).await?;
     view.spending = Some(SpendingView::new(spending, calls));
     view.artifacts = Some(artifacts.into_iter().map(|row| ArtifactView::new(&scene_id, row)).collect());
     Ok(Json(view).into_response())
 }
 
 /// `DELETE /scenes/{scene_id}`.
-pub async fn remove(
-    State(api): State<Api>,
-    PathId(scene_id): PathId<SceneId>,
-) -> Result<StatusCode, Problem> {
-    match api.store.delete_scene(&DEFAULT_TENANT, &scene_id).await? {
+pub async fn remove(api: TenantApi, PathId(scene_id): PathId<SceneId>) -> Result<StatusCode, Problem> {
+    match api.store.delete_scene(&api.tenant_id, &scene_id).await? {
         DeleteOutcome::Done => Ok(StatusCode::NO_CONTENT),
         DeleteOutcome::NotFound => Err(Problem::not_found("scene", scene_id.as_str())),
     }
 }
 
 /// A scene that is there.
-pub(super) async fn find(api: &Api, scene_id: &SceneId) -> Result<SceneRow, Problem> {
-    match api.store.scene(&DEFAULT_TENANT, scene_id).await? {
+pub(super) async fn find(api: &TenantApi, scene_id: &SceneId) -> Result<SceneRow, Problem> {
+    match api.store.scene(&api.tenant_id, scene_id).await? {
         Some(scene) if scene.state == SceneState::Deleted => {
             Err(Problem::new(ProblemType::Gone, "scene_deleted", "this scene was deleted; submit it again"))
         }
@@ -127,7 +123,7 @@ pub(super) async fn find(api: &Api, scene_id: &SceneId) -> Result<SceneRow, Prob
 }
 
 /// The newest job of a scene, as clients see it.
-pub(super) async fn latest_job(api: &Api, scene_id: &SceneId) -> Result<Option<JobView>, Problem> {
-    let job = api.store.latest_job(&DEFAULT_TENANT, scene_id).await?;
+pub(super) async fn latest_job(api: &TenantApi, scene_id: &SceneId) -> Result<Option<JobView>, Problem> {
+    let job = api.store.latest_job(&api.tenant_id, scene_id).await?;
     Ok(jobs::views(api, vec![job]).await?.pop().flatten())
 }

@@ -1,21 +1,20 @@
 //! `/scenes/{scene_id}/tasks`: what a robot could do in a finished scene, with goals that are decided from poses.
 
 use axum::Json;
-use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 
 use super::admission::overloaded;
-use super::extract::PathId;
+use super::extract::{PathId, TenantApi};
+use super::parent;
 use super::query::{Parameters, invalid_parameter};
 use super::scenes::find;
-use super::{Api, parent};
 use crate::app::tasks::TasksRequest;
 use crate::problem::Problem;
 use scene::SceneId;
 
 /// `GET /scenes/{scene_id}/tasks`.
 pub async fn list(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Parameters(request): Parameters<TasksRequest>,
 ) -> Result<Response, Problem> {

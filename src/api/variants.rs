@@ -3,17 +3,15 @@
 use std::collections::BTreeMap;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::Api;
 use super::admission::overloaded;
 use super::edits::EditOptions;
 use super::enqueue::{Delivery, enqueue_one, queue_full};
-use super::extract::{JsonBody, JsonRequest, PathId};
+use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::parent;
 use super::query::{Parameters, Time};
 use super::scene_body::terms;
@@ -90,7 +88,7 @@ struct VariantView {
 
 /// `POST /scenes/{scene_id}/variants`.
 pub async fn submit(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Parameters(SubmitParameters { validate_only }): Parameters<SubmitParameters>,
     delivery: Delivery,
@@ -112,7 +110,7 @@ pub async fn submit(
 
 /// Enqueues variants in order until the queue has no room.
 async fn enqueue_all(
-    api: &Api,
+    api: &TenantApi,
     parent: SceneId,
     variants: Variants,
     idempotency_key: Option<String>,

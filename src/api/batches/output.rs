@@ -1,16 +1,14 @@
 //! `/batches/{batch_id}/output` and `/errors`: results as JSON lines, streamed page by page, while the batch runs too.
 
 use axum::body::Body;
-use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use futures::stream;
 
 use super::find;
-use crate::api::Api;
 use crate::api::download::served_as;
-use crate::api::extract::PathId;
+use crate::api::extract::{PathId, TenantApi};
 use crate::problem::Problem;
 use ::batches::{OutputLine, RequestState};
 use scene::BatchId;
@@ -22,7 +20,7 @@ const PAGE: u32 = 500;
 
 /// `GET /batches/{batch_id}/output`.
 pub async fn output(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(batch_id): PathId<BatchId>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
@@ -31,7 +29,7 @@ pub async fn output(
 
 /// `GET /batches/{batch_id}/errors`.
 pub async fn errors(
-    State(api): State<Api>,
+    api: TenantApi,
     PathId(batch_id): PathId<BatchId>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
@@ -39,7 +37,7 @@ pub async fn errors(
 }
 
 async fn lines(
-    api: &Api,
+    api: &TenantApi,
     batch_id: BatchId,
     headers: &HeaderMap,
     kind: OutputKind,

@@ -7,15 +7,15 @@ use tokio::sync::mpsc;
 
 use super::parameters::SubmitParameters;
 use super::requests::{BodyKind, Reader};
-use crate::api::Api;
 use crate::api::admission::overloaded;
 use crate::api::body::{BodyReader, ReceivedBody};
+use crate::api::extract::TenantApi;
 use crate::api::json_body::media_type;
 use crate::problem::{Problem, ProblemType};
 use scene::BatchId;
+use store::Digest;
 use store::batches::{NewBatch, NewItem, PublishOutcome};
 use store::retention::QuotaOutcome;
-use store::{DEFAULT_TENANT, Digest};
 
 /// Requests that are stored in one transaction.
 const GROUP: usize = 1000;
@@ -24,7 +24,7 @@ const GROUPS_AHEAD: usize = 2;
 
 /// Stores a batch once for each idempotency key; its id.
 pub(super) async fn receive(
-    api: &Api,
+    api: &TenantApi,
     parameters: SubmitParameters,
     key: Option<String>,
     request: Request,
@@ -38,14 +38,14 @@ pub(super) async fn receive(
     let stated = format!("{kind:?} {name:?} {budget:?} ");
     let (body, body_digest) = digested(stated, body).await?;
     if let Some(key) = &key
-        && let Some((id, earlier_digest)) = api.store.batch_by_key(&DEFAULT_TENANT, key).await?
+        && let Some((id, earlier_digest)) = api.store.batch_by_key(&api.tenant_id, key).await?
     {
         return if earlier_digest == body_digest.as_str() { Ok(id) } else { Err(key_reused()) };
     }
-    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&DEFAULT_TENANT).await {
+    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&api.tenant_id).await {
         return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
     }
-    let new = NewBatch { tenant_id: DEFAULT_TENANT.clone(), name, budget, idempotency_key: key, body_digest };
+    let new = NewBatch { tenant_id: api.tenant_id.clone(), name, budget, idempotency_key: key, body_digest };
     let id = api.store.begin_batch(new).await?;
     if let Err(problem) = store_requests(api, &id, kind, body).await {
         // What cannot be removed now, a sweep removes.
@@ -88,7 +88,12 @@ fn stopped() -> Problem {
 }
 
 /// Reads, checks and stores every request of the body.
-async fn store_requests(api: &Api, id: &BatchId, kind: BodyKind, body: ReceivedBody) -> Result<(), Problem> {
+async fn store_requests(
+    api: &TenantApi,
+    id: &BatchId,
+    kind: BodyKind,
+    body: ReceivedBody,
+) -> Result<(), Problem> {
     let _turn = api.receptions.clone().acquire_owned().await.ok();
     let (groups, mut received) = mpsc::channel(GROUPS_AHEAD);
     let reader = Reader { app: api.app.clone() };

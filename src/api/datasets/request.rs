@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use crate::api::Api;
-use crate::api::extract::JsonRequest;
+use crate::api::extract::{JsonRequest, TenantApi};
 use crate::api::query::LabelFilter;
 use crate::freezer::{DatasetRequest, DatasetSource};
 use crate::problem::{FieldError, Problem, ProblemType};
@@ -18,7 +17,6 @@ use datasets::splits::{SplitPlan, assign, groups};
 use scene::job::SceneState;
 use scene::request::{Input, MAX_SEED};
 use scene::{BatchId, SceneId};
-use store::DEFAULT_TENANT;
 use store::datasets::DatasetState;
 use store::scenes::SceneRow;
 
@@ -150,10 +148,10 @@ fn plan(splits: Option<Map<String, Value>>, seed: u64) -> Result<SplitPlan, Stri
 /// # Errors
 ///
 /// A [`Problem`] that names it.
-pub(super) async fn check_source(api: &Api, request: &DatasetRequest) -> Result<(), Problem> {
+pub(super) async fn check_source(api: &TenantApi, request: &DatasetRequest) -> Result<(), Problem> {
     match &request.source {
         DatasetSource::Batch(id) => {
-            let Some(batch) = api.store.batch(&DEFAULT_TENANT, id).await? else {
+            let Some(batch) = api.store.batch(&api.tenant_id, id).await? else {
                 return Err(Problem::invalid(vec![FieldError::new("/batch", "there is no such batch")]));
             };
             if !batch.state.is_final() {
@@ -164,7 +162,7 @@ pub(super) async fn check_source(api: &Api, request: &DatasetRequest) -> Result<
         DatasetSource::Scenes(ids) => {
             let (mut errors, mut found) = (Vec::new(), Vec::new());
             for (index, id) in ids.iter().enumerate() {
-                let scene = api.store.scene(&DEFAULT_TENANT, id).await?;
+                let scene = api.store.scene(&api.tenant_id, id).await?;
                 match scene.filter(|scene| scene.state != SceneState::Deleted) {
                     Some(scene) => found.push(shareable(&scene)),
                     None => {

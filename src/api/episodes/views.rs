@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::content::media_type_of;
-use crate::api::Api;
+use crate::api::extract::TenantApi;
 use crate::api::views::timestamp;
 use crate::app::episodes::{EpisodesOrder, stated};
 use crate::problem::Problem;
@@ -78,7 +78,7 @@ struct Summary {
 
 impl RecordingView {
     /// The view of a row, with what is read of its attempts.
-    pub(super) async fn of(api: &Api, row: RecordingRow) -> Result<Self, Problem> {
+    pub(super) async fn of(api: &TenantApi, row: RecordingRow) -> Result<Self, Problem> {
         let this = format!("/episodes/{}", row.id);
         let summary: Option<Summary> =
             row.summary.clone().map(serde_json::from_value).transpose().map_err(|error| {

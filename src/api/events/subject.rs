@@ -5,7 +5,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::api::{Api, jobs};
+use crate::api::extract::TenantApi;
+use crate::api::{episodes, jobs};
 use crate::problem::Problem;
 use scene::{JobId, RecordingId};
 use store::events::Event;
@@ -32,10 +33,10 @@ impl Subject {
     /// # Errors
     ///
     /// The [`Problem`] 404 where it is not there.
-    pub async fn has_ended(&self, api: &Api) -> Result<bool, Problem> {
+    pub async fn has_ended(&self, api: &TenantApi) -> Result<bool, Problem> {
         Ok(match self {
             Self::Job(id) => jobs::find(api, id).await?.state.is_final(),
-            Self::Recording(id) => crate::api::episodes::find(api, id).await?.state.is_final(),
+            Self::Recording(id) => episodes::find(api, id).await?.state.is_final(),
         })
     }
 
@@ -44,10 +45,10 @@ impl Subject {
     /// # Errors
     ///
     /// A [`StoreError`] if the database does not answer, or a row cannot be read.
-    pub async fn events(&self, store: &Store, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
+    pub async fn events(&self, api: &TenantApi, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
         match self {
-            Self::Job(id) => store.events(&DEFAULT_TENANT, id, after, limit).await,
-            Self::Recording(id) => store.recording_events(&DEFAULT_TENANT, id, after, limit).await,
+            Self::Job(id) => api.store.events(&api.tenant_id, id, after, limit).await,
+            Self::Recording(id) => api.store.recording_events(&api.tenant_id, id, after, limit).await,
         }
     }
 
