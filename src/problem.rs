@@ -179,6 +179,15 @@ impl Problem {
         )
     }
 
+    /// The idempotency key of a request belongs to another one; `what` is what either makes.
+    pub fn key_reused(what: &str) -> Self {
+        Self::new(
+            ProblemType::InvalidRequest,
+            "idempotency_key_reused",
+            format!("this Idempotency-Key came with another body before; use a new key for a new {what}"),
+        )
+    }
+
     pub fn not_found(what: &str, id: &str) -> Self {
         let shown: String = id.chars().take(80).collect();
         Self::new(ProblemType::NotFound, "not_found", format!("there is no {what} {shown:?}"))

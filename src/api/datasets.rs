@@ -48,11 +48,7 @@ pub async fn submit(
     };
     match api.store.submit_dataset(new).await? {
         SubmitDatasetOutcome::Created(id) | SubmitDatasetOutcome::Replayed(id) => accepted(&api, &id).await,
-        SubmitDatasetOutcome::KeyReused => Err(Problem::new(
-            ProblemType::InvalidRequest,
-            "idempotency_key_reused",
-            "this Idempotency-Key came with another body before; use a new key for a new dataset",
-        )),
+        SubmitDatasetOutcome::KeyReused => Err(Problem::key_reused("dataset")),
     }
 }
 

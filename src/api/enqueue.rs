@@ -119,11 +119,7 @@ pub(super) async fn enqueue_one(
             Ok(Ok(Enqueued { scene_id, rows: None }))
         }
         SubmitOutcome::QueueFull(full) => Ok(Err(full)),
-        SubmitOutcome::KeyReused => Err(Problem::new(
-            ProblemType::InvalidRequest,
-            "idempotency_key_reused",
-            "this Idempotency-Key came with another body before; use a new key for a new scene",
-        )),
+        SubmitOutcome::KeyReused => Err(Problem::key_reused("scene")),
     }
 }
 

@@ -66,11 +66,7 @@ pub async fn submit(
         SubmitRecordingOutcome::Created(id) | SubmitRecordingOutcome::Replayed(id) => {
             accepted(&api, &id).await
         }
-        SubmitRecordingOutcome::KeyReused => Err(Problem::new(
-            ProblemType::InvalidRequest,
-            "idempotency_key_reused",
-            "this Idempotency-Key came with another request before; use a new key for new episodes",
-        )),
+        SubmitRecordingOutcome::KeyReused => Err(Problem::key_reused("recording of episodes")),
     }
 }
 

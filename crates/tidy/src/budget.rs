@@ -1,6 +1,6 @@
 //! `budget.txt`: how many findings of each rule each file may still have. The numbers may only shrink.
 //!
-//! A rule that becomes stricter starts from a new list: remove the file, then write it again.
+//! A rule that is new or becomes stricter starts from a new list: remove the file, then write it again.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -8,14 +8,14 @@ use std::{fs, io};
 
 use crate::documents::Document;
 use crate::source::{Source, root};
-use crate::{Finding, Rule, doc_openings, documents, width, words};
+use crate::{Finding, Rule, doc_openings, documents, signatures, width, words};
 
 /// Findings by path and rule.
 pub type Counts = BTreeMap<(String, Rule), usize>;
 
 /// All findings of the rules that have a budget.
 pub fn findings(sources: &[Source], documents: &[Document]) -> Vec<Finding> {
-    let rules = [words::findings, width::findings, doc_openings::findings];
+    let rules = [words::findings, width::findings, doc_openings::findings, signatures::findings];
     let of_sources = sources.iter().flat_map(|source| rules.iter().flat_map(move |rule| rule(source)));
     of_sources.chain(documents.iter().flat_map(documents::findings)).collect()
 }

@@ -7,6 +7,7 @@
 //! cargo run -p tabletopgen-tidy -- words [PATH...]    banned words as path:line: word: text
 //! cargo run -p tabletopgen-tidy -- widths [PATH...]   comment lines that are too wide
 //! cargo run -p tabletopgen-tidy -- openings [PATH...] doc comments that do not begin with what the item is
+//! cargo run -p tabletopgen-tidy -- signatures [PATH...] long functions, and errors that are texts
 //! cargo run -p tabletopgen-tidy -- budget             rewrites budget.txt after findings are fixed
 //! ```
 
@@ -28,6 +29,8 @@ pub mod doc_openings;
 pub mod document_paths;
 pub mod words;
 pub mod allowed;
+pub mod signatures;
+pub mod single_places;
 
 // Findings that are still permitted, and how they are listed.
 pub mod budget;
@@ -56,17 +59,21 @@ pub enum Rule {
     DocumentWord,
     IdentifierWord,
     LiteralWord,
+    LongFunction,
+    TextError,
     TypeName,
 }
 
 impl Rule {
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::CommentWidth,
         Self::CommentWord,
         Self::DocOpening,
         Self::DocumentWord,
         Self::IdentifierWord,
         Self::LiteralWord,
+        Self::LongFunction,
+        Self::TextError,
         Self::TypeName,
     ];
 
@@ -79,6 +86,8 @@ impl Rule {
             Self::DocumentWord => "document-word",
             Self::IdentifierWord => "identifier-word",
             Self::LiteralWord => "literal-word",
+            Self::LongFunction => "long-function",
+            Self::TextError => "text-error",
             Self::TypeName => "type-name",
         }
     }

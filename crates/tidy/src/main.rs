@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use tidy::source::{folders, root, sources_below};
-use tidy::{Finding, Rule, budget, doc_openings, documents, listing, width, words};
+use tidy::{Finding, Rule, budget, doc_openings, documents, listing, signatures, width, words};
 
 const USAGE: &str = "\
 usage: cargo run -p tabletopgen-tidy -- COMMAND
@@ -13,6 +13,7 @@ usage: cargo run -p tabletopgen-tidy -- COMMAND
   words [PATH...]    banned words of code and documents as `path:line: word: text`; without a path, totals per crate
   widths [PATH...]   comment lines that are too wide; without a path, totals per crate
   openings [PATH...] doc comments that do not begin with what the item is; without a path, totals per crate
+  signatures [PATH...] long functions, and errors that are texts; without a path, totals per crate
   budget             rewrites crates/tidy/budget.txt; refuses if a total has risen
 ";
 
@@ -20,9 +21,12 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let result = match arguments.split_first() {
         Some((command, paths)) if command == "words" => list_words(paths),
-        Some((command, paths)) if command == "widths" => list(paths, width::findings, Rule::CommentWidth),
+        Some((command, paths)) if command == "widths" => list(paths, width::findings, &[Rule::CommentWidth]),
         Some((command, paths)) if command == "openings" => {
-            list(paths, doc_openings::findings, Rule::DocOpening)
+            list(paths, doc_openings::findings, &[Rule::DocOpening])
+        }
+        Some((command, paths)) if command == "signatures" => {
+            list(paths, signatures::findings, &[Rule::LongFunction, Rule::TextError])
         }
         Some((command, [])) if command == "budget" => rewrite_budget(),
         _ => Err(USAGE.to_owned()),
@@ -56,12 +60,12 @@ fn list_words(paths: &[String]) -> Result<String, String> {
 fn list(
     paths: &[String],
     findings: fn(&tidy::source::Source) -> Vec<Finding>,
-    rule: Rule,
+    rules: &[Rule],
 ) -> Result<String, String> {
     let within = if paths.is_empty() { folders() } else { within_all(paths)? };
     let sources = sources_below(&within);
     let findings: Vec<Finding> = sources.iter().flat_map(findings).collect();
-    Ok(listed(paths, &findings, &[rule], sources.len()))
+    Ok(listed(paths, &findings, rules, sources.len()))
 }
 
 /// Totals per package; with paths, every place.

@@ -40,7 +40,11 @@ pub(super) async fn receive(
     if let Some(key) = &key
         && let Some((id, earlier_digest)) = api.store.batch_by_key(&api.tenant_id, key).await?
     {
-        return if earlier_digest == body_digest.as_str() { Ok(id) } else { Err(key_reused()) };
+        return if earlier_digest == body_digest.as_str() {
+            Ok(id)
+        } else {
+            Err(Problem::key_reused("batch"))
+        };
     }
     if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&api.tenant_id).await {
         return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
@@ -60,16 +64,8 @@ pub(super) async fn receive(
             Ok(id)
         }
         PublishOutcome::Replayed(earlier) => Ok(earlier),
-        PublishOutcome::KeyReused => Err(key_reused()),
+        PublishOutcome::KeyReused => Err(Problem::key_reused("batch")),
     }
-}
-
-fn key_reused() -> Problem {
-    Problem::new(
-        ProblemType::InvalidRequest,
-        "idempotency_key_reused",
-        "this Idempotency-Key came with another body before; use a new key for a new batch",
-    )
 }
 
 /// The body with the digest of everything that is asked for. It takes a moment for a large body, so it is computed

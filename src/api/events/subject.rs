@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use crate::api::extract::TenantApi;
-use crate::api::{episodes, jobs};
+use crate::api::jobs;
 use crate::problem::Problem;
 use scene::{JobId, RecordingId};
 use store::events::Event;
@@ -36,7 +36,7 @@ impl Subject {
     pub async fn has_ended(&self, api: &TenantApi) -> Result<bool, Problem> {
         Ok(match self {
             Self::Job(id) => jobs::find(api, id).await?.state.is_final(),
-            Self::Recording(id) => episodes::find(api, id).await?.state.is_final(),
+            Self::Recording(id) => crate::api::episodes::find(api, id).await?.state.is_final(),
         })
     }
 

@@ -15,6 +15,8 @@ mod import_reader;
 mod word_reader;
 mod doc_openings;
 mod document_paths;
+mod signatures;
+mod single_places;
 
 /// Every source file, read once.
 static TREE: LazyLock<Vec<Source>> = LazyLock::new(tree);
