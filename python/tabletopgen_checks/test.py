@@ -35,7 +35,7 @@ KILLS = 6
 RELIABILITY = ["--only", "kills,posts", "--kills", "8", "--posts", "50"]
 # Drake and PyBullet take up to a minute of processor time per simulated second, and the README's examples two minutes.
 # The first scene gets a second and the examples, some more get a quarter of a second, and the others are not simulated
-# there; `make bars BARS=sentences` gives all of them five seconds.
+# there; the bars give all of them half a second.
 SLOW_JUDGES = ("bullet", "sdf")
 JUDGED_LONGER, JUDGED_BRIEFLY = 1, 3
 SLOW_SECONDS_LONGER, SLOW_SECONDS = 1.0, 0.25
