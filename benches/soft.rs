@@ -1,5 +1,4 @@
-//! Soft silhouettes of one mesh in many poses, compared with a mask: on the CPU and on each adapter there is; and the
-//! soft image in its colors.
+//! Soft silhouettes of one mesh in many poses, compared with a mask; and the soft image in its colors.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -7,14 +6,11 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use geometry::{FaceGroup, Material, Rgb, TexturedMesh};
 use glam::{DVec2, Vec2, Vec3};
-use gpu::{DeviceChoice, Gpu};
 use imaging::Image;
 use rayon::prelude::*;
 use soft_raster::color::{ColorInput, MovingDirection, MovingKey, SoftImage, StudioLight};
-use soft_raster::gpu::GpuSilhouettes;
 use soft_raster::loss::{SoftTerms, Target, terms};
 use soft_raster::{Grid, MovingPoint, ShadingMaterials, SoftSilhouette, Surface};
-use wgpu::Backends;
 
 /// The paper's crop and PyTorch3D's usual blur on it.
 const SIDE_PX: usize = 256;
@@ -96,7 +92,7 @@ fn bench_color(criterion: &mut Criterion) {
     let still = |at: Vec3| MovingDirection { at, slopes: [Vec3::ZERO] };
     let light = StudioLight { toward_key: still(Vec3::new(-0.48, -0.6, 0.64)), up: still(Vec3::Z) };
     let mut image = SoftImage::default();
-    criterion.bench_function("soft/one_in_color_on_the_cpu", |b| {
+    criterion.bench_function("soft/one_in_color", |b| {
         b.iter(|| {
             image.draw(&ColorInput {
                 surface: &surface,
@@ -124,24 +120,13 @@ fn bench(criterion: &mut Criterion) {
     let side_px = SIDE_PX as f64;
     let target = Target { mask: &mask, known: &known, distance_px: &distance_px, mask_area_px2, side_px };
     let coarse: Vec<_> = (0..72).map(|k| points(TAU * f64::from(k) / 72.0)).collect();
-    let devices = [("vulkan", Backends::VULKAN), ("gl", Backends::GL)]
-        .map(|(name, backend)| (name, Gpu::open_among(backend, DeviceChoice::Gpu)));
     for (name, poses) in [("one", &coarse[..1]), ("eight", &coarse[..8]), ("whole_turn", &coarse[..])] {
-        criterion.bench_function(&format!("soft/{name}_on_the_cpu"), |b| {
+        criterion.bench_function(&format!("soft/{name}"), |b| {
             b.iter(|| {
                 let compared = |points: &Vec<MovingPoint<1>>| terms(&drawn(points), &target);
                 black_box(poses).par_iter().map(compared).collect::<Vec<SoftTerms<1>>>()
             })
         });
-        for (backend, gpu) in &devices {
-            let Ok(gpu) = gpu else { continue };
-            let batch = GpuSilhouettes::new(gpu.clone(), surface.clone(), grid, SIGMA_PX2);
-            let mut batch = batch.expect("the kernels compile");
-            batch.aim_at(&target).expect("the mask fits");
-            criterion.bench_function(&format!("soft/{name}_on_{backend}"), |b| {
-                b.iter(|| batch.terms(black_box(poses)))
-            });
-        }
     }
 }
 

@@ -247,9 +247,8 @@ async fn run_stages(
             }
             None => recognition.clone(),
         };
-        let gpu = rotate::gpu(stages.services(), &settings).await;
         let inputs =
-            rotate::inputs(&reference, &recognition, &supports, &masks, &canonical_meshes, &settings, gpu);
+            rotate::inputs(&reference, &recognition, &supports, &masks, &canonical_meshes, &settings);
         let yaws = stages.run_each_by(rotate::STAGE, inputs, rotate::Inputs::effort, rotate::run).await?;
         Ok((recognition, yaws))
     };

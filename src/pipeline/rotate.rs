@@ -7,18 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
-use super::resources::StageResources;
 use super::{Context, Settings, artifact_io, canonicalize, reference, segment};
 use geometry::Camera;
 use geometry::rotational_symmetry::RotationalSymmetry;
 use imaging::Mask;
 use pose_estimation::beside::beside;
-use pose_estimation::yaw::{
-    YawError, YawEstimate, YawProblem, YawSettings, YawSolver, estimate_yaw_on, support_height_m,
-};
+use pose_estimation::yaw::{YawError, YawEstimate, YawProblem, YawSettings, estimate_yaw, support_height_m};
 use render::annotate::{Curve, plot_curves};
 use scene::{InstanceId, InstanceMask, Recognition, SupportTree};
-use soft_raster::gpu::LARGEST_SIDE_PX;
 
 pub const STAGE: Stage = Stage { name: "rotate", version: 9 };
 
@@ -36,9 +32,6 @@ pub struct Inputs {
     #[serde(skip_serializing_if = "Option::is_none")]
     stated_yaw_rad: Option<f64>,
     dro: YawSettings,
-    /// Name of the GPU; absent where the CPU does it all.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    gpu: Option<String>,
 }
 
 /// The yaw and how sure it is.
@@ -70,15 +63,7 @@ struct Message<'a> {
     curve: &'a [(f64, f64)],
 }
 
-/// Name of the GPU that will be used, if one will.
-pub async fn gpu(services: &StageResources, settings: &Settings) -> Option<String> {
-    if settings.dro.solver != YawSolver::Paper || settings.dro.fine_px as usize > LARGEST_SIDE_PX {
-        return None;
-    }
-    services.gpu_name().await
-}
-
-/// One entry per recognized object, in order; `gpu` is what [`gpu()`] returned.
+/// One entry per recognized object, in order.
 pub fn inputs(
     reference: &reference::Output,
     recognition: &Recognition,
@@ -86,7 +71,6 @@ pub fn inputs(
     masks: &segment::Output,
     canonical_meshes: &[canonicalize::Output],
     settings: &Settings,
-    gpu: Option<String>,
 ) -> Vec<(InstanceId, Inputs)> {
     let instances_at = instances_at(&masks.masks);
     recognition
@@ -105,7 +89,6 @@ pub fn inputs(
                 below: supports.ancestors(index).map(|below| canonical_meshes[below].mesh.clone()).collect(),
                 stated_yaw_rad: reference.stated_yaw_rad(&object.id),
                 dro: settings.dro.clone(),
-                gpu: gpu.clone(),
             };
             (object.id.clone(), inputs)
         })
@@ -155,7 +138,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         below.push(artifact_io::mesh(&context, supporter).await?);
     }
     let cancel = context.cancel().clone();
-    let (given, compute) = (inputs.clone(), context.services().compute.clone());
+    let given = inputs.clone();
     let estimate = context
         .cpu(move || {
             let problem = YawProblem {
@@ -167,9 +150,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
                 image: Some(&image),
                 stated_yaw_rad: given.stated_yaw_rad,
             };
-            // A GPU that was given up since fails: the key says that it is the GPU's result.
-            let gpu = given.gpu.as_ref().and_then(|_| compute.opened());
-            let estimate = estimate_yaw_on(gpu.as_ref(), &problem, &given.dro, &cancel)?;
+            let estimate = estimate_yaw(&problem, &given.dro, &cancel)?;
             let sheet = beside(&problem, &estimate, &given.dro);
             Ok((estimate, sheet))
         })
@@ -177,11 +158,6 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let name = context.instance().map_or_else(String::new, ToString::to_string);
     let (estimate, sheet) = estimate.map_err(|error| match error {
         YawError::Cancelled(cancelled) => cancelled.into(),
-        // The next try finds the device given up, and makes keys of the CPU's.
-        YawError::Gpu(error) => {
-            tracing::warn!(%error, "the GPU failed; this process goes on with the CPU");
-            StageError::transient("gpu_failed", format!("{name}: {error}; trying again on the CPU"))
-        }
         other => StageError::permanent("no_yaw", format!("{name}: {other}")),
     })?;
     let output = Output {

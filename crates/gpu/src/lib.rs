@@ -1,7 +1,7 @@
 //! A compute device for kernels, opened once per process, through `wgpu`.
 //!
 //! [`Compute`] is the device of a process, [`Gpu`] an opened device, [`transfer`] moves bytes between host and device.
-//! The kernels belong to `render` and `soft_raster`; this crate must not depend on them, nor on any other crate of the
+//! The kernels belong to `render`; this crate must not depend on them, nor on any other crate of the
 //! workspace.
 //!
 //! Kernels use storage buffers and 32-bit integer atomics only. Except for buffer sizes, the limits are those of OpenGL

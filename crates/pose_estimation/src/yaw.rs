@@ -64,7 +64,6 @@ pub use settings::{YawSettings, YawSolver};
 pub use support_height::support_height_m;
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -77,14 +76,13 @@ use geometry::optimize::{golden_section, local_minima};
 use geometry::pose::wrap_angle_rad;
 use geometry::rotational_symmetry::RotationalSymmetry;
 use geometry::{Camera, TexturedMesh};
-use gpu::{Gpu, GpuError};
 use gradient_descent::DescentSettings;
 use imaging::{Image, Mask};
 use outline_mesh::OutlineMesh;
 use polish::polished;
 use runtime::{CancelFlag, Cancelled};
 use search::{PoseCandidate, YawSearchResult};
-use soft_comparison::{GpuComparison, SoftComparison};
+use soft_comparison::SoftComparison;
 
 /// Width of the interval at which the first refinement stops, in steps of the coarse search.
 const ROUGH_SHARE: f64 = 0.2;
@@ -151,29 +149,15 @@ pub enum YawError {
     #[error("estimating a yaw: the masks are not as large as the camera's image")]
     DifferentSizes,
     #[error(transparent)]
-    Gpu(#[from] GpuError),
-    #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
 
-/// Finds the yaw whose silhouette fits the mask best, on the CPU.
+/// Finds the yaw whose silhouette fits the mask best.
 ///
 /// # Errors
 ///
 /// [`YawError`] if the mesh or the mask is empty or does not fit the camera, or the call is cancelled.
 pub fn estimate_yaw(
-    problem: &YawProblem,
-    settings: &YawSettings,
-    cancel: &CancelFlag,
-) -> Result<YawEstimate, YawError> {
-    estimate_yaw_on(None, problem, settings, cancel)
-}
-
-/// As [`estimate_yaw`]; the paper solver's silhouettes are drawn on the GPU, if one is given and the loss is of the
-/// outline alone (no image, or `descriptor_weight` 0). A GPU failure is an error and does not fall back to the CPU,
-/// whose answer differs in the last bits.
-pub fn estimate_yaw_on(
-    gpu: Option<&Arc<Gpu>>,
     problem: &YawProblem,
     settings: &YawSettings,
     cancel: &CancelFlag,
@@ -209,8 +193,7 @@ pub fn estimate_yaw_on(
                 let term = AppearanceTerm::new(problem, image, &mesh, bbox, fine.surface(), settings);
                 fine = fine.with_appearance(term);
             }
-            let gpu = gpu.filter(|_| !fine.sees_colors());
-            let found = by_descent(&fine, gpu, settings, cancel)?;
+            let found = by_descent(&fine, settings, cancel)?;
             let colored = fine.sees_colors().then(|| preferred(&fine, &found, settings));
             (found, colored)
         }
@@ -309,23 +292,15 @@ fn by_golden_sections(
 
 fn by_descent(
     fine: &SoftComparison,
-    gpu: Option<&Arc<Gpu>>,
     settings: &YawSettings,
     cancel: &CancelFlag,
-) -> Result<YawSearchResult, YawError> {
+) -> Result<YawSearchResult, Cancelled> {
     let effort = DescentSettings {
         coarse_yaws: settings.coarse_yaws.max(8),
         keep: settings.keep,
         ..DescentSettings::PUBLISHED
     };
-    let Some(gpu) = gpu else {
-        return Ok(gradient_descent::search(&effort, |yaws_rad| fine.losses(yaws_rad, cancel))?);
-    };
-    let mut comparison = GpuComparison::new(fine, gpu)?;
-    gradient_descent::search(&effort, |yaws_rad| {
-        cancel.check()?;
-        Ok(comparison.losses(yaws_rad)?)
-    })
+    gradient_descent::search(&effort, |yaws_rad| fine.losses(yaws_rad, cancel))
 }
 
 fn coarse_curve(

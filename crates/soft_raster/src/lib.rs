@@ -25,8 +25,7 @@
 //! parts, or gaps, thinner than sqrt(sigma): at their outline the coverage is 1/2 whatever their width, so they appear
 //! about sqrt(sigma) wide. The coverage inside the outline is one; [`color`] renders its colors.
 //!
-//! The crate depends on meshes, images and the compute device only. It must not depend on the renderer, on scenes or
-//! on pose estimation.
+//! The crate depends on meshes and images only. It must not depend on the renderer, on scenes or on pose estimation.
 //!
 //! A silhouette and its derivative with respect to a shift along x:
 //!
@@ -52,7 +51,6 @@ mod color_discontinuities;
 pub mod color;
 mod crossing;
 mod fill;
-pub mod gpu;
 mod inside;
 pub mod loss;
 mod nearest;

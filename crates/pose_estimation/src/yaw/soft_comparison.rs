@@ -7,14 +7,11 @@
 //! If an image is given, its appearance is a third term ([`AppearanceTerm`]); without it the loss is that of the
 //! outline alone.
 //!
-//! Yaws are compared many at a time, in parallel on the CPU or together on a GPU; a GPU supports the outline's two
-//! terms only.
+//! Yaws are compared many at a time, in parallel.
 //!
-//! Guarantees: the same bits with any number of threads; a GPU's differ from the CPU's and from another GPU's. Cost:
-//! that of a soft silhouette each.
+//! Guarantees: the same bits with any number of threads. Cost: that of a soft silhouette each.
 
 use std::cell::RefCell;
-use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -25,9 +22,7 @@ use super::crop::Crop;
 use super::moving_placement::{MovingPixel, moving_points};
 use super::outline_mesh::OutlineMesh;
 use geometry::Camera;
-use gpu::{Gpu, GpuError};
 use runtime::{CancelFlag, Cancelled};
-use soft_raster::gpu::GpuSilhouettes;
 use soft_raster::loss::{Dual, SoftTerms, Target, terms};
 use soft_raster::{Grid, MovingPoint, SoftSilhouette, Surface};
 
@@ -147,38 +142,5 @@ impl<'a> SoftComparison<'a> {
             mask_area_px2: crop.mask_area,
             side_px: crop.side_px as f64,
         }
-    }
-}
-
-/// The comparison on a GPU.
-pub struct GpuComparison<'a> {
-    soft: &'a SoftComparison<'a>,
-    silhouettes: GpuSilhouettes<1>,
-}
-
-impl<'a> GpuComparison<'a> {
-    pub fn new(soft: &'a SoftComparison<'a>, gpu: &Arc<Gpu>) -> Result<Self, GpuError> {
-        let (grid, sigma_px2) = (soft.grid(), soft.sigma_px2);
-        let mut silhouettes = GpuSilhouettes::new(gpu.clone(), soft.surface.clone(), grid, sigma_px2)?;
-        silhouettes.aim_at(&soft.target())?;
-        Ok(Self { soft, silhouettes })
-    }
-
-    /// Of every yaw the weighted loss and its derivative, as [`SoftComparison::loss`].
-    pub fn losses(&mut self, yaws_rad: &[f64]) -> Result<Vec<(f64, f64)>, GpuError> {
-        let comparison = &self.soft.comparison;
-        let poses: Vec<Option<Vec<MovingPoint<1>>>> = yaws_rad
-            .par_iter()
-            .map_init(Vec::new, |pixels, &yaw_rad| {
-                let mut points = Vec::new();
-                moving_points(comparison, yaw_rad, pixels, &mut points).map(|()| points)
-            })
-            .collect();
-        let in_view: Vec<bool> = poses.iter().map(Option::is_some).collect();
-        let poses: Vec<Vec<MovingPoint<1>>> = poses.into_iter().flatten().collect();
-        let mut terms = self.silhouettes.terms(&poses)?.into_iter();
-        let mut next = |in_view| if in_view { terms.next() } else { None };
-        let loss = |in_view| self.soft.weighted(&next(in_view).unwrap_or(SoftTerms::HOPELESS));
-        Ok(in_view.into_iter().map(loss).collect())
     }
 }

@@ -141,25 +141,6 @@ fn both_solvers_agree_on_yaws() {
     }
 }
 
-/// On any available adapter; the tests of [`soft_raster::gpu`] report a missing one.
-#[test]
-fn gpu_agrees_with_paper_solver_and_lost_device_is_error() {
-    use gpu::{DeviceChoice, Gpu};
-    let Ok(Some(gpu)) = Gpu::open(DeviceChoice::Gpu) else { return };
-    let mesh = built("mug");
-    let shot = Shot::of(seen(&mesh, DVec3::ZERO, 1.0));
-    let problem = shot.problem(&mesh);
-    let quick = YawSettings { coarse_yaws: 24, keep: 2, ..paper() };
-    let on = |gpu| estimate_yaw_on(gpu, &problem, &quick, &CancelFlag::default());
-    let (on_gpu, on_cpu) = (on(Some(&gpu)).expect("estimated"), on(None).expect("estimated"));
-    for ((yaw_rad, loss), expected) in on_gpu.curve.iter().zip(&on_cpu.curve) {
-        assert!(*yaw_rad == expected.0 && (loss - expected.1).abs() < 1e-5, "{loss} {expected:?}");
-    }
-    assert!((on_gpu.yaw_rad - on_cpu.yaw_rad).abs() < 2e-3, "{} {}", on_gpu.yaw_rad, on_cpu.yaw_rad);
-    gpu.give_up("asked to by a test");
-    assert!(matches!(on(Some(&gpu)), Err(YawError::Gpu(_))));
-}
-
 #[test]
 fn paper_solver_is_thread_independent_and_cancellable() {
     let mesh = built("mug");
