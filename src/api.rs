@@ -52,6 +52,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::app::fetching::ImageFetcher;
 use crate::app::{App, image};
+use runtime::CpuPool;
 use store::Store;
 
 use admission::AllowedHosts;
@@ -128,6 +129,8 @@ pub struct Api {
     pub store: Store,
     pub settings: Arc<Settings>,
     pub app: App,
+    /// The pool that all work of the process computes on.
+    pub cpu: CpuPool,
     pub fetcher: Arc<ImageFetcher>,
     pub metrics: PrometheusHandle,
     /// Cancelled when the process is to end: not ready any more.
@@ -160,6 +163,7 @@ impl Api {
     pub fn new(
         store: Store,
         app: App,
+        cpu: CpuPool,
         settings: Settings,
         metrics: PrometheusHandle,
         shutdown: CancellationToken,
@@ -186,6 +190,7 @@ impl Api {
             )),
             settings: Arc::new(settings),
             app,
+            cpu,
             metrics,
             draining: shutdown.child_token(),
             shutdown,

@@ -23,6 +23,7 @@ use crate::executor::Executor;
 use crate::freezer::Freezer;
 use crate::recorder::Recorder;
 use crate::worker::{BuildScene, Worker};
+use runtime::CpuPool;
 use store::{Intent, Store};
 
 use process::Process;
@@ -60,12 +61,13 @@ async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) 
     let listener = listening::bind(&config.server).await?;
     let address = address_of(&listener, &config.server.listen)?;
     let store = app::open(data_dir, config, Intent::Create).await?;
-    let worker = build.map(|build| worker(resolved, data_dir, &store, build)).transpose()?;
+    let cpu = app::cpu_pool(config)?;
+    let worker = build.map(|build| worker(resolved, data_dir, &store, &cpu, build));
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
     if worker.is_some() {
         start_background(config, &store, &draining);
     }
-    let api = interface(resolved, &config.server, &store, &draining, &closing);
+    let api = interface(resolved, &config.server, &store, cpu, &draining, &closing);
     let (router, settings, closed) = (api::router(api), config.server.clone(), closing.clone());
     let listener = tokio::spawn(async move { api::serve::serve(listener, router, &settings, closed).await });
     let process = Process {
@@ -93,7 +95,8 @@ pub async fn start_worker(
     };
     let address = listener.as_ref().map(|bound| address_of(bound, &config.worker.listen)).transpose()?;
     let store = app::open(data_dir, config, Intent::Create).await?;
-    let worker = worker(resolved, data_dir, &store, build)?;
+    let cpu = app::cpu_pool(config)?;
+    let worker = worker(resolved, data_dir, &store, &cpu, build);
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
     start_background(config, &store, &draining);
     let listener = listener.map(|listener| {
@@ -102,7 +105,7 @@ pub async fn start_worker(
             allowed_hosts: "*".to_owned(),
             ..config.server.clone()
         };
-        let router = api::probe_router(interface(resolved, &settings, &store, &draining, &closing));
+        let router = api::probe_router(interface(resolved, &settings, &store, cpu, &draining, &closing));
         let closed = closing.clone();
         tokio::spawn(async move { api::serve::serve(listener, router, &settings, closed).await })
     });
@@ -142,22 +145,18 @@ impl WorkerService {
 }
 
 /// The worker of a service, which carries out jobs of every kind.
-fn worker(
-    resolved: &Resolved,
-    data_dir: &Path,
-    store: &Store,
-    build: BuildScene,
-) -> Result<Worker, AppError> {
-    let cpu = app::cpu_pool(&resolved.config)?;
+fn worker(resolved: &Resolved, data_dir: &Path, store: &Store, cpu: &CpuPool, build: BuildScene) -> Worker {
     let freezer = Freezer::new(store.clone(), cpu.clone(), data_dir);
     let app = App::new(resolved);
     let (recording, executing) = (app.clone(), app);
     let prepare = Arc::new(move |archive: &[u8], order: &Value| recording.prepare_recording(archive, order));
     let recorder = Recorder::new(store.clone(), cpu.clone(), data_dir, prepare, &resolved.config.worker);
-    let worker = app::worker(store, &resolved.config, &cpu, build);
     let execute = Arc::new(move |archive: &[u8], order: &Value| executing.execute_stored(archive, order));
     let executor = Executor::new(store.clone(), cpu.clone(), execute);
-    Ok(worker.with(Arc::new(freezer)).with(Arc::new(recorder)).with(Arc::new(executor)))
+    app::worker(store, &resolved.config, cpu, build)
+        .with(Arc::new(freezer))
+        .with(Arc::new(recorder))
+        .with(Arc::new(executor))
 }
 
 /// Starts what a process with a worker does beside jobs.
@@ -179,11 +178,12 @@ fn interface(
     resolved: &Resolved,
     settings: &api::Settings,
     store: &Store,
+    cpu: CpuPool,
     draining: &CancellationToken,
     closing: &CancellationToken,
 ) -> Api {
     let app = App::new(resolved);
-    let mut api = Api::new(store.clone(), app, settings.clone(), metrics::recorder(), closing.clone());
+    let mut api = Api::new(store.clone(), app, cpu, settings.clone(), metrics::recorder(), closing.clone());
     api.draining = draining.clone();
     api
 }

@@ -42,7 +42,7 @@ pub(super) async fn bundle_of(
     Ok(ParentBundle { id, digest: archive.digest })
 }
 
-/// Computes with the archive of a bundle, off the threads that serve requests, and keeps `permit` until that is done.
+/// Computes with the archive of a bundle on the pool that all work computes on, and keeps `permit` until that is done.
 ///
 /// # Errors
 ///
@@ -57,11 +57,12 @@ pub(super) async fn compute_with<T: Send + 'static>(
     let Some(archive) = api.store.blobs().get(&bundle.digest).await? else {
         return Err(missing_bytes(api, scene_id).await);
     };
-    let computed = tokio::task::spawn_blocking(move || {
+    let computed = api.cpu.run(move || {
         let _permit = permit;
         work(&archive)
     });
-    computed.await.unwrap_or_else(|_| {
+    computed.await.unwrap_or_else(|died| {
+        tracing::error!(%died, %scene_id, "a computation of a request failed");
         let detail = "a bug stopped this computation; the log has the details under this request id";
         Err(Problem::new(ProblemType::Internal, "internal_error", detail))
     })
