@@ -6,6 +6,7 @@
 # make build   the release binary
 # make train   synthetic images are rendered and the table network is trained on them; hours
 # make advisories  whether a known vulnerability is in Cargo.lock; asks a database on the network
+# make pages   how old the pages of docs/results/ are: what changed since in the code they depend on
 #
 # Needed: a Rust toolchain, a C compiler and make. For `make demo` also Python 3.9 or later; without one the demo does
 # without the server. For `make test` Python 3.11 to 3.14 with venv (from 3.12 on without the judge PyBullet, which has
@@ -20,10 +21,10 @@ export PYTHONDONTWRITEBYTECODE := 1
 # Where Python finds the package of tests and measurements.
 export PYTHONPATH := $(CURDIR)/python
 
-.PHONY: help build lab demo test programs bars train fuzz advisories
+.PHONY: help build lab demo test programs bars train fuzz advisories pages
 
 help:
-	@sed -n 's/^# //p' Makefile | head -8
+	@sed -n 's/^# //p' Makefile | head -9
 
 build:
 	@scripts/prerequisites.sh build
@@ -44,6 +45,9 @@ test:
 
 advisories:
 	@python="$$(scripts/prerequisites.sh)" && "$$python" -m tabletopgen_checks.tools advisories --target-dir "$(TARGET_DIR)"
+
+pages:
+	@python="$$(scripts/prerequisites.sh)" && "$$python" -m tabletopgen_checks.tools pages
 
 # FUZZ names the targets, FUZZ_SECONDS how long each runs
 fuzz:

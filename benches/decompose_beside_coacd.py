@@ -244,6 +244,8 @@ Hulls are at least 1 mm thick. What is thinner grows by at most 0.5 mm a side, w
 What repairing changed:
 
 {chr(10).join(changed)}
+
+Depends on `crates/catalog`, `crates/geometry/src/convex_hull`, `crates/geometry/src/convex_hull.rs`, `crates/geometry/src/decompose`, `crates/geometry/src/decompose.rs`, `crates/geometry/src/repair`, `crates/geometry/src/repair.rs`.
 """
 
 

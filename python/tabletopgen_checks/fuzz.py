@@ -19,9 +19,14 @@ import sys
 import time
 from pathlib import Path
 
-from tabletopgen_checks.bars.page import RESULTS, commit, machine, table
-from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.bars.page import commit, machine, table
+from tabletopgen_checks.repository import RESULTS, ROOT
+from tabletopgen_checks.result_pages import dependency_line, split
 
+DEPENDS_ON = (
+    "crates/embedded/src/text_parser", "crates/embedded/src/text_parser.rs", "crates/http_client", "crates/imaging",
+    "crates/mesh_io", "crates/remote", "crates/scene", "crates/tasks", "crates/vision", "fuzz",
+)
 TRIPLE = "x86_64-unknown-linux-gnu"
 
 # What cargo-fuzz passes, without the address sanitizer: the program has no unsafe code, and its dependencies' is theirs.
@@ -131,7 +136,7 @@ def run(work: Path, name: str, reads: str, seeds: list, seconds: int) -> dict:
         "corpus": len(list(corpus.iterdir())),
         "peak RSS, MB": rss,
         "finds": ", ".join(finds) or ("none" if code == 0 else f"ended with {code}"),
-        "commit": (work / "commit").read_text(encoding="utf-8"),
+        "measured": f"at commit {(work / 'commit').read_text(encoding='utf-8')} on {time.strftime('%Y-%m-%d', time.gmtime())}",
     }
     print(*row.values(), sep=" | ", flush=True)
     return row
@@ -169,10 +174,10 @@ def write(work: Path):
     files = [work / f"{name}.json" for name, _, _ in TARGETS]
     rows = [json.loads(path.read_text(encoding="utf-8")) for path in files if path.exists()]
     path = RESULTS / "fuzz.md"
-    earlier = path.read_text(encoding="utf-8") if path.exists() else ""
+    earlier = split(path.read_text(encoding="utf-8"))[0] if path.exists() else ""
     body = f"""# Fuzzing
 
-`make fuzz` on {time.strftime('%Y-%m-%d', time.gmtime())}, {machine()}, one process at a time, each at the commit of its row.
+`make fuzz`, {machine()}, one process at a time, each at the commit of its row.
 
 Each parser of foreign bytes, under libFuzzer with overflow checks and assertions on. A run may take
 {TIMEOUT_SECS} seconds, the process {RSS_LIMIT_MB} MB and one allocation {MALLOC_LIMIT_MB} MB; inputs have up to {MAX_LEN} bytes. Edges
@@ -182,7 +187,8 @@ are those reached, in the whole program; before that, those of the files that a 
     # Findings of earlier runs, which tests replay, are listed by hand.
     kept = earlier[earlier.index("\n## ") :] if "\n## " in earlier else "\n"
     cells = {cell[0]: cell for cell in table_cells(earlier)} | {row["target"]: list(row.values()) for row in rows}
-    path.write_text(body + table(list(rows[0]), list(cells.values())) + "\n" + kept, encoding="utf-8")
+    page = body + table(list(rows[0]), list(cells.values())) + "\n" + kept
+    path.write_text(f"{page.rstrip()}\n\n{dependency_line(DEPENDS_ON)}\n", encoding="utf-8")
 
 
 def table_cells(page: str) -> list:

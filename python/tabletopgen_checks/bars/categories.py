@@ -15,11 +15,12 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from tabletopgen_checks.bars.page import arguments, percent, table, write
+from tabletopgen_checks.bars.page import SCENES_OF_TEXTS, arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.catalog import entries
 from tabletopgen_checks.problem import Problem
 
+DEPENDS_ON = SCENES_OF_TEXTS
 SEEDS = 3
 AT_A_TIME = 60
 # Round objects by their diameter in meters: what a container gets, and a tray carries.
@@ -65,7 +66,7 @@ def main() -> bool:
         print(f"{start + len(some)} of {len(wanted)} scenes, {len(faults)} faults", flush=True)
     body = page(wanted, faults)
     if given.part == "all" and not given.only:
-        write("categories", "Every category, certified", body)
+        write("categories", "Every category, certified", body, DEPENDS_ON)
     else:
         print(body, flush=True)
     return not faults

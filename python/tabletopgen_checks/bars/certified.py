@@ -10,7 +10,7 @@ import json
 import shutil
 import statistics
 
-from tabletopgen_checks.bars.page import arguments, percent, table, write
+from tabletopgen_checks.bars.page import SCENES_OF_TEXTS, arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.judges.judging import JUDGE_NAMES, complaints, finish_setup, judge, start_setup
 from tabletopgen_checks.language.certified_sentences import COUNT, certified_sentences
@@ -18,6 +18,11 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.scene.generation import generate
 from tabletopgen_checks.scene.scene import read_scene
 
+DEPENDS_ON = (
+    *SCENES_OF_TEXTS, "python/tabletopgen_checks/language/certified_sentences.py",
+    "python/tabletopgen_checks/scene/relations.py", "tests/judges/bullet.py", "tests/judges/collisions.py",
+    "tests/judges/mjcf.py", "tests/judges/usd.py",
+)
 # The README's examples are the business of the sentences.
 JUDGES = [name for name in JUDGE_NAMES if name != "readme"]
 MUJOCO_BAR, BULLET_BAR = 0.99, 0.98
@@ -35,7 +40,7 @@ def main() -> bool:
         # A hundred bundles would fill gigabytes; one with nothing wrong is not needed any more.
         if not found.rows[-1][-1]:
             shutil.rmtree(folder, ignore_errors=True)
-    write("certified", "A hundred sentences, certified", found.page())
+    write("certified", "A hundred sentences, certified", found.page(), DEPENDS_ON)
     return found.held()
 
 

@@ -26,6 +26,7 @@ from tabletopgen_checks.processes import output_of
 from tabletopgen_checks.repository import ROOT
 from tabletopgen_checks.service.server import Server
 
+DEPENDS_ON = ("openapi.yaml", "src/api", "src/api.rs", "src/app", "src/problem.rs", "tests/contract")
 CONTRACT = ROOT / "tests" / "contract"
 DOCUMENT = ROOT / "openapi.yaml"
 IMAGE = ROOT / "docs" / "demo_table.png"
@@ -70,7 +71,7 @@ def main() -> bool:
     held = alive and not report["failures"] and not report["errors"] and report["complete"]
     body = page(report, client, typescript, given)
     if given.examples >= FULL_EXAMPLES:
-        write("contract", "The API is its document", body)
+        write("contract", "The API is its document", body, DEPENDS_ON)
     else:
         print(body)
     return held

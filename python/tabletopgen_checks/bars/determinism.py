@@ -9,11 +9,13 @@ made it, so that a run on another day over the same sources is compared with the
 import json
 import time
 
-from tabletopgen_checks.bars.page import RESULTS, arguments, machine, source_digest, table, write
+from tabletopgen_checks.bars.page import SCENES_OF_TEXTS, arguments, machine, source_digest, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.language.sentences import sentences
+from tabletopgen_checks.repository import RESULTS
 from tabletopgen_checks.scene.generation import differing_files, fingerprint, generate
 
+DEPENDS_ON = (*SCENES_OF_TEXTS, "crates/imaging", "crates/mesh_io", "crates/runtime")
 SENTENCES = ("breakfast_bowl", "hobby_models")
 CASES = [
     ("as it comes", None, {}),
@@ -55,7 +57,7 @@ def main() -> bool:
     history_path.parent.mkdir(parents=True, exist_ok=True)
     history_path.write_text(json.dumps(history, indent=1) + "\n")
     body = f"Digest of the sources: `{source}`.\n\n" + table(["sentence", "case", "result"], rows)
-    write("determinism", "Same request, same bytes", body + ("\n\n" + "\n".join(notes) if notes else ""))
+    write("determinism", "Same request, same bytes", body + ("\n\n" + "\n".join(notes) if notes else ""), DEPENDS_ON)
     return held
 
 

@@ -30,6 +30,10 @@ from tabletopgen_checks.judges.judging import finish_setup, start_setup
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import lab_beside
 
+DEPENDS_ON = (
+    "crates/catalog", "crates/editing", "crates/geometry", "crates/physics", "python/tabletopgen_checks/edits",
+    "src/pipeline/edit", "src/pipeline/edit.rs",
+)
 SCENES, EDITS, SEED, ROUNDS = 40, 200, 34, 5
 PARTS = ("edits", "cost", "synthesizer")
 COST_BAR = 0.25
@@ -79,7 +83,7 @@ def main() -> bool:
         holds_beside = write_page(runs)
     if pages:
         rows = [[what, value, bar, "holds" if holds else "DOES NOT HOLD"] for what, value, bar, holds in bars]
-        write("editing", "Edits", "\n\n".join([table(["", "found", "bar", ""], rows), *pages]))
+        write("editing", "Edits", "\n\n".join([table(["", "found", "bar", ""], rows), *pages]), DEPENDS_ON)
     return holds_beside and all(holds for *_, holds in bars)
 
 

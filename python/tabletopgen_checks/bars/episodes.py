@@ -27,6 +27,10 @@ from tabletopgen_checks.processes import output_of
 from tabletopgen_checks.repository import JUDGES, lab_beside
 from tabletopgen_checks.virtual_environment import environment_of
 
+DEPENDS_ON = (
+    "config/robots", "crates/demonstrations", "crates/episodes", "crates/manipulation", "crates/physics",
+    "crates/render", "crates/robot", "crates/video", "tests/judges/episodes", "tests/judges/robots/replay_dataset.py",
+)
 SENTENCE, SCENE_SEED = "A kitchen table with a carrot, a gray bowl, a banana, a mug and two plates", 11
 TASK = "put the carrot in the bowl"
 FORMATS = "lerobot-v3.0,lerobot-v3.0-images,lerobot-v2.1,robomimic,parquet-png"
@@ -40,7 +44,7 @@ SPEED, SPEED_IMAGES, SPEED_EPISODES = "Images and steps beside other programs", 
 def main() -> bool:
     given = arguments(__doc__, count=20, kills=30, timed=20, train=50, regenerated=20, only="all")
     if given.only == "speed":
-        write_section("episodes", "--only speed", SPEED, speed(given, given.work / "episodes_speed"))
+        write_section("episodes", "--only speed", SPEED, speed(given, given.work / "episodes_speed"), DEPENDS_ON)
         return True
     folder = given.work / "episodes"
     subprocess.run(["rm", "-rf", folder], check=True)
@@ -98,7 +102,7 @@ def main() -> bool:
         f"No process took more than {costs['side,front,wrist']['mb']:.0f} MB.",
     ]
     body += [f"## {SPEED}", speed(given, given.work / "episodes_speed")]
-    write("episodes", "Episodes", "\n\n".join(body))
+    write("episodes", "Episodes", "\n\n".join(body), DEPENDS_ON)
     return all(bar[3] for bar in bars)
 
 

@@ -5,11 +5,12 @@
 
 import statistics
 
-from tabletopgen_checks.bars.page import arguments, table, write
+from tabletopgen_checks.bars.page import SCENES_OF_TEXTS, arguments, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.language.sentences import sentences
 from tabletopgen_checks.scene.generation import generate
 
+DEPENDS_ON = (*SCENES_OF_TEXTS, "crates/mesh_io")
 BAR_SECONDS = 5.0
 SENTENCE = "kitchen_prep"
 
@@ -44,7 +45,7 @@ def main() -> bool:
         "side.\n\n"
         + table(["stage", "works on", "wall ms, median", "wall ms, range", "work ms, median"], rows)
     )
-    write("generate_time", "Time of one scene", body)
+    write("generate_time", "Time of one scene", body, DEPENDS_ON)
     return median <= BAR_SECONDS
 
 

@@ -18,6 +18,10 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.processes import run_alone
 from tabletopgen_checks.repository import JUDGES, lab_beside
 
+DEPENDS_ON = (
+    "config/catalog", "config/robots", "crates/catalog", "crates/geometry", "crates/manipulation", "crates/physics",
+    "crates/robot", "tests/judges/robots/replay_grasps.py",
+)
 # The bars.
 STABLE, UNSTABLE = 0.95, 0.80
 GRASPED, MAX_SLIP_M = 0.95, 0.001
@@ -33,7 +37,7 @@ def main() -> bool:
     by_robot = {robot: categories(lab_beside(given.binary), robot) for robot in ROBOTS}
     category_bars, category_body = category_summary(by_robot)
     if given.only == "categories":
-        write_section("grasps", "--only categories", HEADING, category_body)
+        write_section("grasps", "--only categories", HEADING, category_body, DEPENDS_ON)
         return all(holds for *_, holds in category_bars)
     bench, trials, objects = Bench(given), [], 0
     for number, sentence in enumerate(scene_sentences()[: given.scenes]):
@@ -43,7 +47,7 @@ def main() -> bool:
         trials += [trial for record in found for trial in record["trials"]]
         print(f"[{number + 1}/{given.scenes}] {len(trials)} trials", flush=True)
     bars, body = summary(trials, objects, given)
-    write("grasps", "Grasps, tried again", f"{body}\n\n## {HEADING}\n\n{category_body}")
+    write("grasps", "Grasps, tried again", f"{body}\n\n## {HEADING}\n\n{category_body}", DEPENDS_ON)
     return all(holds for *_, holds in bars + category_bars)
 
 

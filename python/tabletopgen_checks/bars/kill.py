@@ -15,6 +15,10 @@ from tabletopgen_checks.language.sentences import sentences
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.service.server import Server
 
+DEPENDS_ON = (
+    "crates/store", "src/pipeline.rs", "src/pipeline/checkpoint", "src/pipeline/checkpoint.rs", "src/worker",
+    "src/worker.rs",
+)
 SENTENCE = "sewing_triangle"
 JOB_SECONDS = 300
 
@@ -42,7 +46,7 @@ def main() -> bool:
         f"of an undisturbed run.\n\nSentence ({sentence.objects} objects, seed {sentence.seed}): {sentence.text}\n\n"
         + table(columns, rows)
     )
-    write("kill", "Killed at every stage boundary", body)
+    write("kill", "Killed at every stage boundary", body, DEPENDS_ON)
     return held and len(stages) >= 12
 
 

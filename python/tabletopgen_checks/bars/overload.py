@@ -27,6 +27,7 @@ from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.service.server import Server
 
+DEPENDS_ON = ("config/default.toml", "src/api", "src/api.rs", "src/service", "src/service.rs")
 THOUSAND, BODIES, NESTED = 1000, 600, 8
 HONEST_PER_S, HONEST_SECONDS = 20, 12
 # The largest body is 28 MiB; bodies in flight may take 256 MiB (server.body_memory_bytes).
@@ -237,7 +238,7 @@ def main() -> bool:
     if given.program:
         print(body)
     else:
-        write("overload", "Hostile clients", body)
+        write("overload", "Hostile clients", body, DEPENDS_ON)
     return held
 
 

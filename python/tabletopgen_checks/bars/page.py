@@ -10,14 +10,25 @@ import hashlib
 import os
 import platform
 import re
-import subprocess
 import time
 from pathlib import Path
 
-from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.repository import RESULTS, ROOT, git
+from tabletopgen_checks.result_pages import dependency_line, split
 
-RESULTS = ROOT / "docs" / "results"
 UNCOMMITTED = " with uncommitted changes"
+# What decides the scenes that the embedded models make of texts, and of images.
+SCENES_OF_TEXTS = (
+    "config/catalog", "config/default.toml", "crates/catalog", "crates/embedded", "crates/export", "crates/geometry",
+    "crates/physics", "crates/pose_estimation", "crates/render", "crates/scene", "crates/vision", "src/pipeline",
+    "src/pipeline.rs",
+)
+SCENES_OF_IMAGES = (
+    "config/catalog", "config/default.toml", "crates/catalog", "crates/embedded/src/mesh_generator.rs",
+    "crates/embedded/src/single_view_reconstruction", "crates/export", "crates/geometry", "crates/physics",
+    "crates/pose_estimation", "crates/render", "crates/scene", "crates/vision", "src/pipeline", "src/pipeline.rs",
+    "weights",
+)
 
 
 def arguments(description: "str | None", **more) -> argparse.Namespace:
@@ -44,22 +55,24 @@ def table(columns, rows) -> str:
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in cells])
 
 
-def write(bar: str, title: str, body: str):
-    """docs/results/BAR.md, with the command and the commit that made it."""
+def write(bar: str, title: str, body: str, depends_on: tuple):
+    """docs/results/BAR.md, with the command and the commit that made it, and the paths that decide its figures."""
     RESULTS.mkdir(parents=True, exist_ok=True)
     made = f"`make bars BARS={bar}` at commit {measured_commit()} on {time.strftime('%Y-%m-%d', time.gmtime())}, {machine()}."
     path = RESULTS / f"{bar}.md"
-    path.write_text(f"# {title}\n\n{made}\n\n{body.rstrip()}\n", encoding="utf-8")
+    page = f"# {title}\n\n{made}\n\n{body.rstrip()}\n\n{dependency_line(depends_on)}\n"
+    path.write_text(page, encoding="utf-8")
     print(f"{body}\n\nwritten to {path.relative_to(ROOT)}", flush=True)
 
 
-def write_section(bar: str, options: str, heading: str, body: str):
+def write_section(bar: str, options: str, heading: str, body: str, depends_on: tuple):
     """The part of docs/results/BAR.md below a heading alone, with the command and the commit that made it."""
     path = RESULTS / f"{bar}.md"
     page = path.read_text(encoding="utf-8") if path.is_file() else f"# {bar.capitalize()}\n"
     day = time.strftime("%Y-%m-%d", time.gmtime())
     made = f"`make bars BARS={bar} BARS_OPTIONS=\"{options}\"` at commit {measured_commit()} on {day}, {machine()}."
-    path.write_text(with_section(page, heading, f"{made}\n\n{body.rstrip()}"), encoding="utf-8")
+    page = with_section(split(page)[0], heading, f"{made}\n\n{body.rstrip()}")
+    path.write_text(f"{page}\n{dependency_line(depends_on)}\n", encoding="utf-8")
     print(f"{body}\n\nwritten to {path.relative_to(ROOT)}", flush=True)
 
 
@@ -110,11 +123,6 @@ def machine() -> str:
     except (OSError, StopIteration):
         model = platform.processor() or platform.machine()
     return f"{len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count()} cores of {model}"
-
-
-def git(*words) -> str:
-    run = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True)
-    return run.stdout.strip() if run.returncode == 0 else ""
 
 
 def percent(fraction, digits=1) -> str:

@@ -22,6 +22,12 @@ from tabletopgen_checks.processes import output_of
 from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.virtual_environment import environment_of
 
+DEPENDS_ON = (
+    "config/robots", "crates/demonstrations", "crates/episodes", "crates/manipulation", "crates/physics",
+    "crates/render", "crates/robot", "tests/judges/robots/policy_observation.py",
+    "tests/judges/robots/policy_rollout.py", "tests/judges/robots/policy_rollout_images.py",
+    "tests/judges/robots/policy_training.py", "tests/judges/robots/policy_training_images.py",
+)
 SENTENCE, SCENE_SEED = "A small table with a can and a plate", 3
 TASK = "put the can on the plate"
 TRAINING_SEED, STARTS_SEED = 1, 1001
@@ -54,7 +60,7 @@ def main() -> bool:
     starts = recorded(given, scene, folder / f"starts_{given.starts}", STARTS_SEED, given.starts, "usual", "--keep-failures")
     torch, mujoco = python_of(given, "episode-judges", "episodes"), python_of(given, "robot-judges", "robots")
     if given.only == "images":
-        write_section("policy", "--only images", IMAGES, from_images(given, torch, mujoco, scene, execution, starts))
+        write_section("policy", "--only images", IMAGES, from_images(given, torch, mujoco, scene, execution, starts), DEPENDS_ON)
         return True
     rows, costs, share = [], [], {}
     for randomize, shown_as in TRAINED.items():
@@ -89,7 +95,7 @@ def main() -> bool:
         NOISE,
     ]
     body += [f"## {IMAGES}", from_images(given, torch, mujoco, scene, execution, starts)]
-    write("policy", "A policy learns", "\n\n".join(body))
+    write("policy", "A policy learns", "\n\n".join(body), DEPENDS_ON)
     return holds
 
 

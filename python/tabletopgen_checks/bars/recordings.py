@@ -25,6 +25,10 @@ from tabletopgen_checks.service.postgres import Postgres
 from tabletopgen_checks.service.s3 import S3
 from tabletopgen_checks.service.server import Server
 
+DEPENDS_ON = (
+    "crates/demonstrations", "crates/episodes", "crates/store", "src/recorder", "src/recorder.rs", "src/worker",
+    "src/worker.rs",
+)
 SENTENCE, SCENE_SEED = "A table with a block and a plate", 3
 TASK, SEED, TITLE = "put the block on the plate", 5, "dataset"
 FORMAT, CAMERAS, SIZE_PX = "parquet-png", ["front"], 32
@@ -80,7 +84,7 @@ def main() -> bool:
         f"interface, two workers, PostgreSQL and an S3 server. A killed worker's attempts are free again after {LEASE_S} s.",
     ]
     body += ["What differs:\n\n" + "\n".join(f"- {path}" for path in differing[:20])] if differing else []
-    write("recordings", "Datasets recorded by several processes", "\n\n".join(body))
+    write("recordings", "Datasets recorded by several processes", "\n\n".join(body), DEPENDS_ON)
     return holds
 
 

@@ -11,13 +11,14 @@ import json
 import statistics
 from collections import Counter
 
-from tabletopgen_checks.bars.page import arguments, percent, table, write
+from tabletopgen_checks.bars.page import SCENES_OF_IMAGES, arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.judges.judging import JUDGE_NAMES, complaints, finish_setup, judge, start_setup
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import ROOT
 from tabletopgen_checks.scene.generation import generate
 
+DEPENDS_ON = SCENES_OF_IMAGES
 FOUND_BAR, SILHOUETTE_BAR = 0.8, 0.75
 OUTLINE_OVERLAP, OUTLINES_BAR = 0.9, 6
 # The README's examples are the business of the sentences.
@@ -61,7 +62,7 @@ def main() -> bool:
             [one.row() for one in seen],
         )
     )
-    write("references", "Annotated images", body)
+    write("references", "Annotated images", body, DEPENDS_ON)
     return all(held for *_, held in bars)
 
 

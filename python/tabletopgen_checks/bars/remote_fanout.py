@@ -19,6 +19,7 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.service.mock_vendors import MockVendors
 from tabletopgen_checks.service.server import Server
 
+DEPENDS_ON = ("crates/http_client", "crates/remote", "src/pipeline", "src/pipeline.rs", "src/worker", "src/worker.rs")
 TEXT, SEED, OBJECTS = "a dinner table with four plates, four forks and four glasses", 11, 12
 CALLS_IN_A_ROW, LATENCY_MS, JOBS = 14, 2000, 2
 JOB_SECONDS, MAX_RATIO = 1200, 3.0
@@ -42,7 +43,7 @@ def main() -> bool:
     if given.program:
         print(body)
     else:
-        write("remote_fanout", "Models are asked side by side", body)
+        write("remote_fanout", "Models are asked side by side", body, DEPENDS_ON)
     return ratio < MAX_RATIO
 
 

@@ -20,6 +20,10 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.service.mock_vendors import MockVendors
 from tabletopgen_checks.service.server import Server
 
+DEPENDS_ON = (
+    "crates/http_client", "crates/remote", "crates/store", "src/pipeline.rs", "src/pipeline/checkpoint",
+    "src/pipeline/checkpoint.rs", "src/pipeline/ledger.rs", "src/worker", "src/worker.rs",
+)
 TEXT, SEED = "an apple on a plate and a fork beside it", 7
 JOB_SECONDS = 600
 # As slow as a quick model, so that most kills fall into calls.
@@ -63,7 +67,7 @@ def main() -> bool:
         f"`providers.on_unknown = resend`.\n\nScene (seed {SEED}): {TEXT}"
     )
     if given.kills >= 200:
-        write("remote_kill", "Killed while models are asked", body)
+        write("remote_kill", "Killed while models are asked", body, DEPENDS_ON)
     else:
         print(body)
     return not faults

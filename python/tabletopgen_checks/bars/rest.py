@@ -26,6 +26,12 @@ from tabletopgen_checks.judges.resting import make, make_environments, rest, res
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import JUDGES
 
+DEPENDS_ON = (
+    "config/catalog", "config/default.toml", "crates/catalog", "crates/embedded/src/layout",
+    "crates/embedded/src/layout.rs", "crates/export", "crates/geometry", "crates/physics", "src/pipeline/resolve",
+    "src/pipeline/resolve.rs", "tests/judges/rest.py", "tests/judges/rest_lines.mjs", "tests/judges/rest_lines.py",
+    "tests/judges/rest_programs.toml", "tests/judges/rest_scenes.toml",
+)
 AT_ONCE = 2
 SCENES = 40
 COLUMNS = [
@@ -54,7 +60,7 @@ def main() -> bool:
         list(pool.map(lambda name: measure(judges, name, bundles, kept), asked))
     body, held = page(wanted, made, {name: kept.found(name, bundles) for name in every})
     if len(wanted) == SCENES:
-        write("rest", "Rest in every simulator", body)
+        write("rest", "Rest in every simulator", body, DEPENDS_ON)
     else:
         print(body, flush=True)
     return held

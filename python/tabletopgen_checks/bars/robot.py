@@ -36,6 +36,10 @@ from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.scene.generation import generate
 from tabletopgen_checks.virtual_environment import environment_of
 
+DEPENDS_ON = (
+    "config/robots", "crates/geometry", "crates/manipulation", "crates/physics", "crates/robot", "crates/tasks",
+    "src/pipeline/rehearse", "src/pipeline/rehearse.rs", "tests/judges/robots/replay.py",
+)
 CHECK_BDDL = JUDGES / "tasks" / "check_bddl.py"
 # The bars.
 DONE, AGREED, PAPER = 0.90, 0.95, 0.95
@@ -237,10 +241,10 @@ def main() -> bool:
             every += bars
             sections.append((heading, f"{bar_table(bars)}\n\n{body}"))
     if given.only == "all":
-        write("robot", "Robots at work", "\n\n".join(f"## {heading}\n\n{body}" for heading, body in sections))
+        write("robot", "Robots at work", "\n\n".join(f"## {heading}\n\n{body}" for heading, body in sections), DEPENDS_ON)
     else:
         for heading, body in sections:
-            write_section("robot", f"--only {given.only}", heading, body)
+            write_section("robot", f"--only {given.only}", heading, body, DEPENDS_ON)
     return all(holds for *_, holds in every)
 
 

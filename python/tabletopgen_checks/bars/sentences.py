@@ -5,13 +5,18 @@
 
 import json
 
-from tabletopgen_checks.bars.page import arguments, percent, table, write
+from tabletopgen_checks.bars.page import SCENES_OF_TEXTS, arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.judges.judging import complaints, finish_setup, judge, start_setup
 from tabletopgen_checks.language.sentences import sentences
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.scene.generation import generate
 from tabletopgen_checks.scene.scene import read_scene
+
+DEPENDS_ON = (
+    *SCENES_OF_TEXTS, "python/tabletopgen_checks/scene/relations.py", "tests/judges/bullet.py",
+    "tests/judges/collisions.py", "tests/judges/mjcf.py", "tests/judges/usd.py", "tests/words/scenes.toml",
+)
 
 
 def main() -> bool:
@@ -62,7 +67,7 @@ def main() -> bool:
         f"{movable} movable bodies are where they were after 5 s in MuJoCo (the bar is 95 %).\n\n"
         + table(columns, rows) + ("\n\n" + "\n".join(notes) if notes else "") + f"\n\nThe sentences:\n\n{asked}"
     )
-    write("sentences", "The sentences of tests/words/scenes.toml", body)
+    write("sentences", "The sentences of tests/words/scenes.toml", body, DEPENDS_ON)
     return failures == 0 and share >= 0.95
 
 

@@ -12,12 +12,13 @@ import shutil
 import time
 from pathlib import Path
 
-from tabletopgen_checks.bars.page import arguments, table, write
+from tabletopgen_checks.bars.page import SCENES_OF_TEXTS, arguments, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.language.sentences import sentences
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.service.server import Server
 
+DEPENDS_ON = (*SCENES_OF_TEXTS, "src/worker", "src/worker.rs")
 SLOTS = (1, 2, 4)
 SCENE_SECONDS = 300
 MEGABYTE = 1e6
@@ -37,7 +38,7 @@ def main() -> bool:
         + table(["slots", "seconds in all", "scenes per hour", "cores used", "most memory, MB"], at_once(given, folder, chosen))
         + "\n\nDisk and files count the data directory as it lies, with all artifacts; `database` is its SQLite file."
     )
-    write("sizing", "What one scene costs", body)
+    write("sizing", "What one scene costs", body, DEPENDS_ON)
     return all(scene["processor time, s"] > 0 for scene in each)
 
 

@@ -23,6 +23,11 @@ from tabletopgen_checks.language.words import EXACT_BAR, GOAL_BAR, SENSIBLE_BAR,
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import lab_beside
 
+DEPENDS_ON = (
+    "config/catalog", "crates/catalog", "crates/embedded/src/layout", "crates/embedded/src/layout.rs",
+    "crates/embedded/src/text_parser", "crates/embedded/src/text_parser.rs", "crates/physics", "crates/tasks",
+    "python/tabletopgen_checks/language", "tests/words",
+)
 FIRST_BAR = 0.995
 # A generated scene may take this many times the median of those with as many objects.
 SLOW = 3.0
@@ -43,7 +48,7 @@ def main() -> bool:
     bars = [bar for part in found for bar in part.bars]
     rows = [[what, value, bar, "holds" if holds else "DOES NOT HOLD"] for what, value, bar, holds in bars]
     pages = [table(["", "found", "bar", ""], rows)] + [part.page for part in found]
-    write("words", "Names, sentences and task instructions", "\n\n".join(pages))
+    write("words", "Names, sentences and task instructions", "\n\n".join(pages), DEPENDS_ON)
     return all(holds for *_, holds in bars)
 
 

@@ -9,8 +9,8 @@ from tabletopgen_checks.repository import PYTHON
 # Each subpackage or module of the package imports those of lines before its own.
 LAYERS = [
     {"cargo_results", "problem", "repository"},
-    {"catalog", "processes", "tools", "virtual_environment"},
-    {"lint", "scene", "service"},
+    {"catalog", "processes", "result_pages", "virtual_environment"},
+    {"lint", "scene", "service", "tools"},
     {"data", "golden", "judges", "language", "robots"},
     {"edits"},
     {"bars"},

@@ -123,7 +123,7 @@ class Page(unittest.TestCase):
         with mock.patch.object(report, "write", lambda *page: pages.append(page)):
             self.assertTrue(report.write_page(all_ways()))
             self.assertFalse(report.write_page(all_ways(**{EDIT: {"names": NAMES[1:]}})))
-        self.assertEqual([name for name, _, _ in pages], ["synthesizer", "synthesizer"])
+        self.assertEqual([name for name, *_ in pages], ["synthesizer", "synthesizer"])
         for way in WAYS:
             self.assertIn(f"| {way} | ", pages[0][2])
         self.assertNotIn("DOES NOT HOLD", pages[0][2])

@@ -14,6 +14,7 @@ import statistics
 import subprocess
 from pathlib import Path
 
+from tabletopgen_checks.bars.batches import DEPENDS_ON
 from tabletopgen_checks.bars.batches.alike import nearest_mm, read
 from tabletopgen_checks.bars.batches.killed import run as run_batch
 from tabletopgen_checks.bars.batches.killed import stage_counts
@@ -90,7 +91,7 @@ def main() -> bool:
     more, dataset = frozen(given, folder)
     bars += more
     rows = [[what, value, bar, "holds" if holds else "DOES NOT HOLD"] for what, value, bar, holds in bars]
-    write("batches", "Batches and datasets", "\n\n".join([table(["", "found", "bar", ""], rows), summary, dataset]))
+    write("batches", "Batches and datasets", "\n\n".join([table(["", "found", "bar", ""], rows), summary, dataset]), DEPENDS_ON)
     return all(holds for *_, holds in bars)
 
 

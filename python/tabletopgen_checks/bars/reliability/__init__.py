@@ -1,3 +1,9 @@
 """What the service guarantees while processes die, networks break and disks fill, on SQLite and on PostgreSQL with
 S3.
 """
+
+DEPENDS_ON = (
+    "crates/http_client", "crates/remote", "crates/store", "migrations", "src/api", "src/api.rs", "src/background.rs",
+    "src/pipeline.rs", "src/pipeline/checkpoint", "src/pipeline/checkpoint.rs", "src/service", "src/service.rs",
+    "src/worker", "src/worker.rs",
+)

@@ -14,12 +14,14 @@ import sys
 import time
 from pathlib import Path
 
-from tabletopgen_checks.bars.page import RESULTS, arguments, machine, measured_commit, table
-from tabletopgen_checks.bars.reliability import churn, faults, kills, leases, single, soak, submits, throughput
+from tabletopgen_checks.bars.page import arguments, machine, measured_commit, table
+from tabletopgen_checks.bars.reliability import DEPENDS_ON, churn, faults, kills, leases, single, soak, submits, throughput
 from tabletopgen_checks.bars.reliability.bench import STORES, Bench
 from tabletopgen_checks.bars.reliability.part import yes
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import RESULTS
+from tabletopgen_checks.result_pages import dependency_line
 
 PARTS = {
     "kills": ("Killed at every stage boundary and under load", kills.measure),
@@ -152,6 +154,7 @@ def page_of(known: dict) -> str:
         made += f", {part['minutes']} min."
         pieces += [f"## {title}", made, table(part["columns"], part["rows"]), part["words"]]
         pieces += [f"![{title}]({plot})" for plot in part["plots"]]
+    pieces.append(dependency_line(DEPENDS_ON))
     return "\n\n".join(piece for piece in pieces if piece) + "\n"
 
 

@@ -11,12 +11,12 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from tabletopgen_checks.bars.page import RESULTS
 from tabletopgen_checks.bars.reliability import plot
 from tabletopgen_checks.bars.reliability.churn import SWEPT_SOON, sizes, usage_now
 from tabletopgen_checks.bars.reliability.part import Finding
 from tabletopgen_checks.bars.reliability.scenes import JOB_SECONDS, SMALL, digest_of, submit
 from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import RESULTS
 
 PROMISED_MINUTES = 30
 SAMPLE_SECONDS = 5

@@ -3,6 +3,7 @@
 import statistics
 
 from tabletopgen_checks.bars.page import percent, table, write
+from tabletopgen_checks.bars.synthesizer import DEPENDS_ON
 from tabletopgen_checks.bars.synthesizer.runs import EDIT, GENERATE, OBJECTS, PINS, STABLE, UPRIGHT, WAYS
 
 EXPLANATION = """\
@@ -40,7 +41,7 @@ def write_page(runs: list) -> bool:
         + table(columns, [row(way, of(runs, way)) for way in WAYS])
         + "\n\n" + table(["tabletopgen", "found", "bar", ""], rows) + "\n\n## What is compared\n\n" + explanation
     )
-    write("synthesizer", "Side by side with scene-synthesizer", body)
+    write("synthesizer", "Side by side with scene-synthesizer", body, DEPENDS_ON)
     return all(holds for *_, holds in bars)
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from tabletopgen_checks.bars.page import arguments, table, write
 from tabletopgen_checks.bars.run import run
+from tabletopgen_checks.bars.variants import DEPENDS_ON
 from tabletopgen_checks.bars.variants.diversity import diversity
 from tabletopgen_checks.bars.variants.kept import complaints as kept_complaints
 from tabletopgen_checks.bars.variants.kept import is_met, relations
@@ -85,7 +86,7 @@ def main() -> bool:
               [[axis, f"{statistics.fmean(v):.1f}", f"{min(v):.1f}"] for axis, v in axes.items()]),
         *(["What fails:\n\n" + "\n".join(f"- {a}, {b}: {c}" for a, b, c in failed)] if failed else []),
     ])
-    write("variants", "Variants", page)
+    write("variants", "Variants", page, DEPENDS_ON)
     return not failed and nearest >= ALIKE_MM and len(varying) == len(axes)
 
 
