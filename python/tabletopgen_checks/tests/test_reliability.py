@@ -1,14 +1,18 @@
 """What the bar of reliability reads out of events and logs, and what it draws."""
 
+import json
 import tempfile
 import unittest
 import xml.etree.ElementTree
 from pathlib import Path
 
 from tabletopgen_checks.bars.reliability import audit, bare, plot
+from tabletopgen_checks.bars.reliability.__main__ import KEPT, page_of
 from tabletopgen_checks.bars.reliability.proxy import Proxy
 from tabletopgen_checks.bars.reliability.scenes import complaints, quantile, tally
 from tabletopgen_checks.bars.reliability.soak import growth_of
+from tabletopgen_checks.repository import RESULTS
+from tabletopgen_checks.result_pages import measurements
 
 SCENE, JOB = "0193aaaa-0000-7000-8000-000000000001", "0193aaaa-0000-7000-8000-000000000002"
 LOG = f"""2026-01-02 03:04:05.678 UTC [7] LOG:  statement: BEGIN
@@ -172,6 +176,12 @@ class LateWrites(unittest.TestCase):
         claim = ("worker1", "3", "claim", "jobs")
         self.assertEqual(len(self.late(*begin, claim, ("worker0", "4", "", "events"))), 1)
         self.assertEqual(len(self.late(begin[0], ("worker1", "2", "", "stages"))), 1, "without a claim")
+
+
+class Page(unittest.TestCase):
+    def test_the_page_is_made_of_what_is_kept(self):
+        written, made = (RESULTS / "reliability.md").read_text(encoding="utf-8"), page_of(json.loads(KEPT.read_text(encoding="utf-8")))
+        self.assertEqual(measurements("reliability.md", made), measurements("reliability.md", written))
 
 
 if __name__ == "__main__":
