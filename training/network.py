@@ -1,7 +1,7 @@
 """The network: a small residual encoder and a decoder with skips; maps at half the frame's size.
 
-Only convolutions, additions, ReLU, nearest-neighbor doubling and one mean: what the program that reads pictures has to
-repeat. Normalizations are folded into the convolutions where the weights are written.
+Only convolutions, additions, ReLU, nearest-neighbor doubling and one mean: the operations that the program has to
+implement for inference. Normalizations are folded into the convolutions where the weights are written.
 """
 
 import torch
@@ -86,8 +86,8 @@ def folded(model):
 
 @torch.no_grad()
 def begin(model, tensors, batches):
-    """Makes the model compute what folded tensors do, its normalizations counted on batches of frames. Blocks that the tensors
-    lack pass on what they get."""
+    """Makes the model compute what folded tensors do, its normalizations counted on batches of frames. Blocks that the
+    tensors lack pass on what they get."""
     known = {name: m for name, m in model.named_modules() if isinstance(m, Convolution) and f"{name}.weight" in tensors}
     for name, module in model.named_modules():
         if isinstance(module, Block) and f"{name}.widen" not in known:

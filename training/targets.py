@@ -3,7 +3,7 @@
 import torch
 from torch.nn import functional as F
 
-from frames import BACKDROP, CONTACT, FIRST_OBJECT, IGNORED, MOST_OBJECTS, OUTLINE, WHOLE
+from frames import BACKDROP, CONTACT, FIRST_OBJECT, IGNORED, MAX_OBJECTS, OUTLINE, WHOLE
 
 #: Standard deviation of the bump at an object's center, map pixels.
 CENTER_SIGMA = 2.5
@@ -12,8 +12,8 @@ OFFSET_UNIT = 8.0
 
 
 def slants(rows, cameras):
-    """Angle of a row's rays to the optical axis, downward, (N, rows), with the focal lengths of the cameras (N, 4); of frames
-    of whole pictures."""
+    """Angle of a row's rays to the optical axis, downward, (N, rows), with the focal lengths of the cameras (N, 4); of
+    frames of whole images."""
     below_px = ((torch.arange(rows, device=cameras.device) + 0.5) / rows - 0.5) * WHOLE[1]
     return torch.atan(below_px / (cameras[:, 1].exp() * cameras[:, 2])[:, None])
 
@@ -21,7 +21,7 @@ def slants(rows, cameras):
 def elevation_of(by_name, cameras_px):
     """Elevation (N) and logarithm of the focal length (N) that maps say, by all places inside the outline.
 
-    `by_name` are the maps by name, `cameras_px` (N) the longer side of each picture in frame pixels.
+    `by_name` are the maps by name, `cameras_px` (N) the longer side of each image in frame pixels.
     """
     weight = by_name["outline"][:, 0].sigmoid()
     def mean(values):
@@ -32,8 +32,8 @@ def elevation_of(by_name, cameras_px):
 
 
 def targets(labels, flags, cameras, facts):
-    """Of labels and flags (N, H, W), cameras (N, 4) and facts (N, MOST_OBJECTS, FACTS): a dictionary of maps, and where they
-    count."""
+    """Of labels and flags (N, H, W), cameras (N, 4) and facts (N, MAX_OBJECTS, FACTS): a dictionary of maps, and where
+    they count."""
     n, h, w = labels.shape
     device, labels = labels.device, labels.long()
     counts = labels != IGNORED
@@ -41,16 +41,16 @@ def targets(labels, flags, cameras, facts):
     ids = torch.where(is_object, labels - FIRST_OBJECT + 1, 0)
     kinds = torch.where(is_object, FIRST_OBJECT, labels).clamp(max=FIRST_OBJECT)
     ys, xs = torch.meshgrid(torch.arange(h, device=device), torch.arange(w, device=device), indexing="ij")
-    # Middle of the visible pixels of every object, by sums over ids.
-    slots = MOST_OBJECTS + 1
+    # Centroid of the visible pixels of every object, by sums over ids.
+    slots = MAX_OBJECTS + 1
     flat = (ids + slots * torch.arange(n, device=device)[:, None, None]).flatten()
     def total(values):
         return torch.zeros(n * slots, device=device).index_add_(0, flat, values.expand(n, h, w).flatten().float())
     pixels = total(torch.ones_like(xs))
     area = pixels.clamp(min=1)
     cx, cy = total(xs) / area, total(ys) / area
-    def at(middle):
-        return middle[flat].view(n, h, w)
+    def at(value):
+        return value[flat].view(n, h, w)
     offset = torch.stack([at(cx) - xs, at(cy) - ys], 1) / OFFSET_UNIT
     # What is known of the object that a place belongs to; nothing where none is.
     known = F.pad(facts, (0, 0, 1, 0)).reshape(n * slots, -1)[flat].view(n, h, w, -1).permute(0, 3, 1, 2)

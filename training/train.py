@@ -1,14 +1,14 @@
-"""Trains the network that reads pictures of tables, and writes its weights.
+"""Trains the network that reads images of tables, and writes its weights.
 
     python training/train.py --images out/images --out out/network
 
-`--images` has the folders `training` and `validation` that `tabletopgen-lab synthesize` wrote. Whatever `--out` holds of an
-earlier run with the same numbers is gone on with: frames are packed once, a checkpoint is written every --every steps and
-again at the end; --steps may be another as long as the learning rate has not begun to fall. The run is seeded; the order of
-the pictures depends on the seed and the step alone. Written are
-`checkpoint.pt`, `history.json`, `history.png` (losses and scores on validation pictures, whose categories, tops and backdrops
-no training picture shows) and `weights.safetensors`. Scored and written is a moving average of the network over its last
-steps, which is better than the network of any one of them.
+`--images` has the folders `training` and `validation` that `tabletopgen-lab synthesize` wrote. An earlier run with the
+same numbers in `--out` is continued: frames are packed once, a checkpoint is written every --every steps and again at
+the end; --steps may be another as long as the learning rate has not begun to fall. The run is seeded; the order of the
+images depends on the seed and the step alone. Written are `checkpoint.pt`, `history.json`, `history.png` (losses and
+scores on validation images, whose categories, tops and backdrops no training image shows) and `weights.safetensors`.
+Scored and written is a moving average of the network over its last steps, which is better than the network of any one
+of them.
 """
 
 import argparse
@@ -27,9 +27,9 @@ from torch import distributed
 from torch.nn import functional as F
 from torch.optim.swa_utils import AveragedModel
 
-from frames import FIRST_OBJECT, IGNORED, LOOKS, STRIDE, opened, pack
+from frames import CROPS, FIRST_OBJECT, IGNORED, STRIDE, opened, pack
 from network import TableNetwork, begin, folded, split
-from scores import LEAST_AREA, compared, grouped
+from scores import MIN_AREA, compared, grouped
 from targets import OFFSET_UNIT, elevation_of, targets
 from variation import recolored
 from without_tables import WithoutTables
@@ -43,50 +43,50 @@ def batch(frames, numbers, device="cpu"):
     numbers = np.sort(numbers)
     def take(array):
         return torch.from_numpy(np.ascontiguousarray(array[numbers])).to(device)
-    pictures = take(frames.pictures).permute(0, 3, 1, 2).float() / 255
-    return pictures, take(frames.labels), take(frames.flags), take(frames.cameras), take(frames.facts)
+    images = take(frames.images).permute(0, 3, 1, 2).float() / 255
+    return images, take(frames.labels), take(frames.flags), take(frames.cameras), take(frames.facts)
 
 
-def shown(pictures):
+def shown(images):
     """Frames as the network sees them: -1..1."""
-    return (2 * pictures - 1).contiguous(memory_format=torch.channels_last)
+    return (2 * images - 1).contiguous(memory_format=torch.channels_last)
 
 
 def ahead_on(device, half):
-    """What a network on the device says of pictures, as a function of both."""
+    """The function from a network on the device and images to maps."""
 
-    def ahead(model, pictures):
+    def ahead(model, images):
         with torch.autocast(device.type, torch.bfloat16, enabled=half):
-            return model(shown(pictures.to(device))).float()
+            return model(shown(images.to(device))).float()
 
     return ahead
 
 
-def varied(pictures, labels, flags, cameras, facts, generator):
+def varied(images, labels, flags, cameras, facts, generator):
     """The same batch, mirrored, and its colors changed, at random."""
     def random(*shape):
         return torch.rand(shape, generator=generator, device=generator.device)
-    mirrored = random(len(pictures)) < 0.5
+    mirrored = random(len(images)) < 0.5
     def turned(t):
         return torch.where(mirrored.view(-1, *[1] * (t.dim() - 1)), t.flip(-1), t)
-    pictures, labels, flags = turned(pictures), turned(labels), turned(flags)
+    images, labels, flags = turned(images), turned(labels), turned(flags)
     facts[..., 0] = torch.where(mirrored[:, None], labels.shape[-1] - facts[..., 0], facts[..., 0])
-    pictures = recolored(pictures, labels, generator)
-    gain = 1 + 0.3 * (random(len(pictures), 1, 1, 1) - 0.5) + 0.12 * (random(len(pictures), 3, 1, 1) - 0.5)
-    gamma = torch.exp(0.5 * (random(len(pictures), 1, 1, 1) - 0.5))
-    pictures = (pictures.clamp(min=1e-3) ** gamma * gain).clamp(0, 1)
-    gray = pictures.mean(1, keepdim=True)
-    pictures = torch.lerp(pictures, gray, 0.5 * random(len(pictures), 1, 1, 1) * (random(len(pictures), 1, 1, 1) < 0.3))
-    return pictures, labels, flags, cameras, facts
+    images = recolored(images, labels, generator)
+    gain = 1 + 0.3 * (random(len(images), 1, 1, 1) - 0.5) + 0.12 * (random(len(images), 3, 1, 1) - 0.5)
+    gamma = torch.exp(0.5 * (random(len(images), 1, 1, 1) - 0.5))
+    images = (images.clamp(min=1e-3) ** gamma * gain).clamp(0, 1)
+    gray = images.mean(1, keepdim=True)
+    images = torch.lerp(images, gray, 0.5 * random(len(images), 1, 1, 1) * (random(len(images), 1, 1, 1) < 0.3))
+    return images, labels, flags, cameras, facts
 
 
 #: Size of the small frame for each of a whole one.
 SMALL = {(320, 256): (192, 160), (480, 384): (288, 224), (640, 288): (384, 160)}
-#: Of so many steps in a row this many see whole pictures, the others the parts that matter.
+#: Of so many steps in a row this many see whole images, the others closer crops.
 WHOLE_STEPS, OF_STEPS = 3, 10
 
 
-#: Pictures without a table, and how many join each picture of a batch of whole ones; as many others are scored.
+#: Images without a table, how many of them join each image of a batch of whole ones, and how many others are scored.
 WITHOUT_TABLES, JOIN, SCORED_WITHOUT = 1200, 0.25, 100
 
 
@@ -95,55 +95,55 @@ def joined(batches):
     return tuple(torch.cat(parts) for parts in zip(*batches))
 
 
-def shrunk(pictures, labels, flags, cameras, facts):
+def shrunk(images, labels, flags, cameras, facts):
     """The same batch on small frames."""
-    height, width = pictures.shape[-2:]
+    height, width = images.shape[-2:]
     small_width, small_height = SMALL[width, height]
-    pictures = F.interpolate(pictures, (small_height, small_width), mode="bilinear", antialias=True, align_corners=False)
+    images = F.interpolate(images, (small_height, small_width), mode="bilinear", antialias=True, align_corners=False)
     def nearest(maps):
         return F.interpolate(maps[:, None], (small_height // STRIDE, small_width // STRIDE), mode="nearest-exact")[:, 0]
     across, down = small_width / width, small_height / height
     facts = facts * torch.tensor([across, down, down, down, 1.0], device=facts.device)
-    return pictures, nearest(labels), nearest(flags), cameras, facts
+    return images, nearest(labels), nearest(flags), cameras, facts
 
 
 #: Share of the parts that are shown nearer, and how much nearer at most.
-SHOWN_NEARER, MOST_NEARER = 0.5, 1.5
+SHOWN_NEARER, MAX_ENLARGEMENT = 0.5, 1.5
 
 
-def nearer(pictures, labels, flags, cameras, facts, generator):
+def nearer(images, labels, flags, cameras, facts, generator):
     """The same batch; of some frames a part anywhere, as large as the frame."""
     n, rows, columns = labels.shape
     def random():
         return torch.rand(n, generator=generator, device=generator.device)
-    side = torch.where(random() < SHOWN_NEARER, MOST_NEARER ** -random(), 1.0)
+    side = torch.where(random() < SHOWN_NEARER, MAX_ENLARGEMENT ** -random(), 1.0)
     # Left and upper edge, shares of the frame.
     corner = torch.stack([random(), random()], 1) * (1 - side[:, None])
     # From -1..1 of what is shown to -1..1 of the frame.
-    middle = 2 * corner + side[:, None] - 1
+    center = 2 * corner + side[:, None] - 1
     turn = torch.diag_embed(side[:, None].expand(n, 2))
     def at(height, width):
-        return F.affine_grid(torch.cat([turn, middle[:, :, None]], 2), (n, 1, height, width), align_corners=False)
-    pictures = F.grid_sample(pictures, at(*pictures.shape[-2:]), padding_mode="border", align_corners=False)
+        return F.affine_grid(torch.cat([turn, center[:, :, None]], 2), (n, 1, height, width), align_corners=False)
+    images = F.grid_sample(images, at(*images.shape[-2:]), padding_mode="border", align_corners=False)
     def picked(maps):
         return F.grid_sample(maps[:, None].float(), at(rows, columns), mode="nearest", align_corners=False)[:, 0].to(maps.dtype)
     size = torch.tensor([columns, rows, rows, rows], device=facts.device)
     start = size * corner[:, [0, 1, 1, 1]]
     shown = torch.cat([(facts[..., :4] - start[:, None]) / side[:, None, None], facts[..., 4:]], 2)
-    return pictures, picked(labels), picked(flags), cameras, shown
+    return images, picked(labels), picked(flags), cameras, shown
 
 
-#: Losses of what only whole pictures tell.
+#: Losses that only whole images have.
 CAMERA_LOSSES = "latitude", "focal"
-#: Things that fill less of a map than this count for more than their area, but for no more than so many times.
-SMALL_THING, MOST_EMPHASIS = 0.02, 6.0
-#: How far from a thing its surroundings count as much, map pixels.
+#: Objects that fill less of a map than this share weigh more than their area, but at most so many times more.
+SMALL_OBJECT, MAX_EMPHASIS = 0.02, 6.0
+#: Distance from an object within which its surroundings weigh as much, map pixels.
 BESIDE = 4
 
 
 def log_rise(base, top):
-    """Logarithm of one and how many rows of the map a top lies above the middle of its base: a flat thing that is taken for a high
-    one is as wrong as a high one taken for one ten times as high."""
+    """Logarithm of one plus the number of map rows between the center of an object's base and its top: a flat object
+    that is taken for a high one is as wrong as a high one taken for one ten times as high."""
     return torch.log1p(OFFSET_UNIT * (base[:, 1] - top).clamp(min=0))
 
 
@@ -155,10 +155,10 @@ def losses(maps, want):
         return (value * where).sum() / where.sum().clamp(min=1)
     def said(name):
         return by_name[name][:, 0]
-    # Small things count for more than their area, and as much so does what is just beside them: otherwise they would be
-    # drawn too large.
-    least = SMALL_THING * counts[0].numel()
-    own = torch.where(want["is_object"], (least / want["area"]).clamp(1, MOST_EMPHASIS), 1.0)
+    # Small objects weigh more than their area, and so do their surroundings: otherwise they would be predicted too
+    # large.
+    small_area = SMALL_OBJECT * counts[0].numel()
+    own = torch.where(want["is_object"], (small_area / want["area"]).clamp(1, MAX_EMPHASIS), 1.0)
     emphasis = counts * F.max_pool2d(own[:, None], 2 * BESIDE + 1, 1, BESIDE)[:, 0]
     def yes_or_no(name, rare):
         return mean(
@@ -182,26 +182,26 @@ def losses(maps, want):
 
 
 @torch.no_grad()
-def validated(model, looks, count, ahead):
-    """Losses and scores on about `count` pictures: outlines and cameras by whole pictures, objects by the parts that matter.
-    `whole_recall` is of objects in whole pictures. `ahead` gives the maps of a network for pictures."""
+def validated(model, crops, count, ahead):
+    """Losses and scores on about `count` images: outlines and cameras by whole images, objects by closer crops.
+    `whole_recall` is of objects in whole images. `ahead` gives the maps of a network for images."""
     model.eval()
-    sums, seen, outline_right, elevation, focal, rises = {}, {look: 0 for look in LOOKS}, 0, [], [], []
-    totals = {look: np.zeros(3, int) for look in LOOKS}
-    pictures_in_all = len(looks["whole"])
-    for look, frames in looks.items():
-        numbers = frames.numbers[: math.ceil(count * len(frames) / pictures_in_all)]
+    sums, seen, outline_right, elevation, focal, rises = {}, {crop: 0 for crop in CROPS}, 0, [], [], []
+    totals = {crop: np.zeros(3, int) for crop in CROPS}
+    image_count = len(crops["whole"])
+    for crop, frames in crops.items():
+        numbers = frames.numbers[: math.ceil(count * len(frames) / image_count)]
         for first in range(0, len(numbers), 16):
-            pictures, labels, flags, cameras, facts = batch(frames, numbers[first : first + 16])
-            maps = ahead(model, pictures).cpu()
+            images, labels, flags, cameras, facts = batch(frames, numbers[first : first + 16])
+            maps = ahead(model, images).cpu()
             want = targets(labels, flags, cameras, facts)
-            seen[look] += len(labels)
+            seen[crop] += len(labels)
             for name, value in losses(maps, want).items():
-                if name not in CAMERA_LOSSES or look == "whole":
+                if name not in CAMERA_LOSSES or crop == "whole":
                     sums[name] = sums.get(name, 0.0) + float(value) * len(labels)
             for own, label in zip(maps, labels):
-                totals[look] += compared(grouped(own), label)
-            if look == "whole":
+                totals[crop] += compared(grouped(own), label)
+            if crop == "whole":
                 inside = (split(maps)["outline"][:, 0] > 0) & want["counts"]
                 outline = want["outline"] & want["counts"]
                 overlap = (inside & outline).flatten(1).sum(1) / (inside | outline).flatten(1).sum(1).clamp(min=1)
@@ -212,13 +212,13 @@ def validated(model, looks, count, ahead):
             else:
                 rises += rise_errors(split(maps), want, labels)
     invented_in_nothing = invented_tables(model, ahead)
-    painted, found, invented = sum(total for look, total in totals.items() if look != "whole").tolist()
+    labeled, found, invented = sum(total for crop, total in totals.items() if crop != "whole").tolist()
     model.train()
     frames_seen = {name: seen["whole"] if name in CAMERA_LOSSES else sum(seen.values()) for name in sums}
     return {
         **{f"loss_{name}": value / frames_seen[name] for name, value in sums.items()},
         "invented_tables": invented_in_nothing,
-        "recall": found / max(painted, 1),
+        "recall": found / max(labeled, 1),
         "precision": found / max(found + invented, 1),
         "whole_recall": float(totals["whole"][1] / max(totals["whole"][0], 1)),
         "right_outlines": outline_right / seen["whole"],
@@ -228,16 +228,16 @@ def validated(model, looks, count, ahead):
     }
 
 
-#: A top fills at least this share of a picture (`min_table_share` of the settings).
-LEAST_TOP = 0.03
+#: A top fills at least this share of an image (`min_table_share` of the settings).
+MIN_TABLE_SHARE = 0.03
 
 
 @torch.no_grad()
 def invented_tables(model, ahead):
-    """Share of pictures without a table in which a top is seen."""
-    pictures, *_ = batch(WithoutTables(SCORED_WITHOUT, seed=2), np.arange(SCORED_WITHOUT))
-    maps = torch.cat([ahead(model, part).cpu() for part in pictures.split(20)])
-    return float(((split(maps)["outline"][:, 0] > 0).float().mean((1, 2)) > LEAST_TOP).float().mean())
+    """Share of images without a table in which a top is predicted."""
+    images, *_ = batch(WithoutTables(SCORED_WITHOUT, seed=2), np.arange(SCORED_WITHOUT))
+    maps = torch.cat([ahead(model, part).cpu() for part in images.split(20)])
+    return float(((split(maps)["outline"][:, 0] > 0).float().mean((1, 2)) > MIN_TABLE_SHARE).float().mean())
 
 
 #: Share of itself that the averaged network keeps at a step, once there were enough of them.
@@ -245,8 +245,8 @@ KEPT = 0.998
 
 
 def averaged(model):
-    """A network that follows `model`: call its `update_parameters` after every step. It averages what the normalizations
-    have counted, too."""
+    """A network that follows `model`: call its `update_parameters` after every step. It averages what the
+    normalizations have counted, too."""
 
     def follow(average, current, updates):
         kept = min(KEPT, (1 + updates.item()) / (10 + updates.item()))
@@ -259,8 +259,8 @@ def averaged(model):
 RISE, FALL = 300, 0.6
 
 
-#: Share of the steps, the last ones, in which normalizations stay as they were counted. Whole pictures and parts look different
-#: enough that what both together count fits neither; the network learns to live with it.
+#: Share of the steps, the last ones, in which the statistics of normalizations stay fixed. Whole images and closer
+#: crops differ so much that their common statistics fit neither; the network adapts to them.
 SETTLED = 0.25
 
 
@@ -272,14 +272,14 @@ def settle(model):
 
 
 def rise_errors(by_name, want, labels):
-    """Relative errors of how many rows an object's top lies above the middle of its base, each the median of what its own
-    pixels say."""
+    """Relative errors of the number of rows between the center of an object's base and its top, each the median over
+    the object's own pixels."""
     errors = []
     said, true = by_name["base"][:, 1] - by_name["top"][:, 0], want["base"][:, 1] - want["top"]
     for rises, wanted, known, label in zip(said, true, want["is_known"], labels):
         for index in label[known].unique():
             own = known & (label == index)
-            if FIRST_OBJECT <= index < IGNORED and own.sum() >= LEAST_AREA:
+            if FIRST_OBJECT <= index < IGNORED and own.sum() >= MIN_AREA:
                 errors.append(abs(float(rises[own].median()) / max(float(wanted[own][0]), 1e-3) - 1))
     return errors
 
@@ -296,26 +296,27 @@ def learning_rate(step, steps, peak):
     return peak * rising * max(falling, 0.01)
 
 
-def look_of(step, looks):
-    """The look that a step sees, and how many steps before saw it. `looks` are the looks' names with their numbers of pictures."""
-    whole, closer = "whole", [look for look in looks if look != "whole" and looks[look]]
+def crop_of(step, crops):
+    """The crop that a step sees, and how many steps before saw it. `crops` are the crops' names with their numbers of
+    images."""
+    whole, closer = "whole", [crop for crop in crops if crop != "whole" and crops[crop]]
     if not closer:
         return whole, step
-    # Whole pictures first in each round; the other steps go to the closer looks as they have pictures.
+    # Whole images first in each round; the other steps go to the closer crops as they have images.
     round_, place = divmod(step, OF_STEPS)
     whole_before = round_ * WHOLE_STEPS + min(place, WHOLE_STEPS)
     if place < WHOLE_STEPS:
         return whole, whole_before
-    nth, first, all_ = step - whole_before, closer[0], sum(looks[look] for look in closer)
+    nth, first, all_ = step - whole_before, closer[0], sum(crops[crop] for crop in closer)
     def before(k):
-        return k * looks[first] // all_
+        return k * crops[first] // all_
     if len(closer) == 1 or before(nth + 1) > before(nth):
         return first, before(nth)
     return closer[1], nth - before(nth)
 
 
 def numbers_of(step, size, count, seed):
-    """Pictures of a step: each epoch shows every picture once, in an order of its own."""
+    """Images of a step: each epoch shows every image once, in an order of its own."""
     chosen = []
     for k in range(step * size, (step + 1) * size):
         epoch, place = divmod(k, count)
@@ -336,7 +337,7 @@ def replace(path, write):
 
 
 def halved(tensors):
-    """Half as large; what is lost is a hundredth of what a picture's JPEG changes."""
+    """Half as large; the loss is a hundredth of what JPEG changes in an image."""
     return {name: tensor.half() for name, tensor in tensors.items()}
 
 
@@ -372,7 +373,7 @@ def main():
     parser.add_argument("--small-share", type=float, default=0.6, help="share of the steps that see small frames: they take a third of the time, and what they teach holds for whole ones")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--every", type=int, default=500, help="steps between checkpoints and scores")
-    parser.add_argument("--validate", type=int, default=400, help="validation pictures of a score")
+    parser.add_argument("--validate", type=int, default=400, help="validation images of a score")
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cuda" if torch.cuda.is_available() else "cpu")
     parser.add_argument("--processes", type=int, help="each learns from a batch of its own on one core or one GPU; as many as there are, and a run's number stays what it was")
     parser.add_argument("--full-precision", action="store_true", help="no bfloat16 in convolutions")
@@ -381,7 +382,7 @@ def main():
     arguments.out.mkdir(parents=True, exist_ok=True)
     training, _ = (pack(arguments.images / part, arguments.out / "frames" / part, os.cpu_count()) for part in ("training", "validation"))
     identity = {name: getattr(arguments, name) for name in ("batch", "processes", "rate", "small_share", "seed")}
-    identity.update(pictures=len(training["whole"]), began_with=str(arguments.begin_with or ""))
+    identity.update({"pictures": len(training["whole"]), "began_with": str(arguments.begin_with or "")})
     checkpoint = arguments.out / "checkpoint.pt"
     if checkpoint.is_file():
         state = torch.load(checkpoint, weights_only=True, map_location="cpu")
@@ -426,7 +427,7 @@ def run(process, arguments, identity):
     optimizer = torch.optim.AdamW(model.parameters(), lr=arguments.rate, weight_decay=1e-4)
     step, history = 0, []
     checkpoint = arguments.out / "checkpoint.pt"
-    pictures_of = {look: len(frames) for look, frames in training.items()}
+    image_counts = {crop: len(frames) for crop, frames in training.items()}
     if checkpoint.is_file():
         state = torch.load(checkpoint, weights_only=True, map_location=device)
         model.load_state_dict(state["model"])
@@ -435,7 +436,7 @@ def run(process, arguments, identity):
         step, history = state["step"], json.loads(state["history"])
     parameters = sum(p.numel() for p in model.parameters())
     if process == 0:
-        print(f"{parameters} parameters, {len(training['whole'])} training and {len(validation['whole'])} validation pictures, from step {step}", flush=True)
+        print(f"{parameters} parameters, {len(training['whole'])} training and {len(validation['whole'])} validation images, from step {step}", flush=True)
 
     running, since, started, parent = {}, 0, time.monotonic(), os.getppid()
     while step < arguments.steps:
@@ -446,18 +447,18 @@ def run(process, arguments, identity):
         if step >= (1 - SETTLED) * arguments.steps:
             settle(model)
         generator = torch.Generator(device).manual_seed((arguments.seed * 1_000_003 + step) * processes + process)
-        look, nth = look_of(step, pictures_of)
+        crop, nth = crop_of(step, image_counts)
         nth = nth * processes + process
-        places = numbers_of(nth, arguments.batch, pictures_of[look], arguments.seed)
-        seen = batch(training[look], training[look].numbers[places], device)
-        if look == "whole":
+        places = numbers_of(nth, arguments.batch, image_counts[crop], arguments.seed)
+        seen = batch(training[crop], training[crop].numbers[places], device)
+        if crop == "whole":
             seen = joined([seen, batch(without, numbers_of(nth, round(JOIN * arguments.batch), WITHOUT_TABLES, arguments.seed), device)])
         else:
             seen = nearer(*seen, generator)
         if step < arguments.small_share * arguments.steps:
             seen = shrunk(*seen)
-        pictures, labels, flags, cameras, facts = varied(*seen, generator)
-        parts = losses(ahead(model, pictures), targets(labels, flags, cameras, facts))
+        images, labels, flags, cameras, facts = varied(*seen, generator)
+        parts = losses(ahead(model, images), targets(labels, flags, cameras, facts))
         loss = sum(WEIGHTS[name] * value for name, value in parts.items())
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
@@ -467,7 +468,7 @@ def run(process, arguments, identity):
         average.update_parameters(model)
         step, since = step + 1, since + 1
         for name, value in parts.items():
-            if name not in CAMERA_LOSSES or look == "whole":
+            if name not in CAMERA_LOSSES or crop == "whole":
                 total, times = running.get(name, (0.0, 0))
                 running[name] = total + float(value.detach()), times + 1
         if process == 0 and (step % arguments.every == 0 or step == arguments.steps):
@@ -484,8 +485,8 @@ def run(process, arguments, identity):
             replace(arguments.out / "history.json", lambda path: path.write_text(json.dumps(history, indent=1)))
             replace(arguments.out / "history.png", lambda path: plot(history, path))
             replace(arguments.out / "weights.safetensors", lambda path: save_file(halved(folded(average.module)), path))
-            told = ", ".join(f"{name} {value:.3f}" for name, value in scores.items() if not name.startswith("loss_"))
-            print(f"step {step}/{arguments.steps}, {rate:.1f} pictures/s: {told}", flush=True)
+            summary = ", ".join(f"{name} {value:.3f}" for name, value in scores.items() if not name.startswith("loss_"))
+            print(f"step {step}/{arguments.steps}, {rate:.1f} images/s: {summary}", flush=True)
             running, since, started = {}, 0, time.monotonic()
     distributed.destroy_process_group()
 

@@ -1,4 +1,4 @@
-"""Pictures that show no table: blank pages, noise, flat shapes, drawn faces, writing, bands of a landscape.
+"""Images that show no table: blank pages, noise, flat shapes, drawn faces, writing, bands of a landscape.
 
 A network that has only seen tables takes a face for a round one.
 """
@@ -6,7 +6,7 @@ A network that has only seen tables takes a face for a round one.
 import numpy as np
 from PIL import Image, ImageDraw, ImageFilter
 
-from frames import BACKDROP, CAMERA, FACTS, MOST_OBJECTS, STRIDE, WHOLE
+from frames import BACKDROP, CAMERA, FACTS, MAX_OBJECTS, STRIDE, WHOLE
 
 
 def color(rng, pale=False):
@@ -97,32 +97,32 @@ KINDS = [(blank, 1), (face, 4), (shapes, 2), (writing, 1), (landscape, 2)]
 
 
 def drawn(number, seed):
-    """RGB bytes (H, W, 3) of a frame of a whole picture."""
+    """RGB bytes (H, W, 3) of a frame of a whole image."""
     rng = np.random.default_rng([seed, number])
     width, height = WHOLE
     start, end = np.array(color(rng, rng.random() < 0.6)), np.array(color(rng, rng.random() < 0.6))
     share = np.linspace(0, 1, height)[:, None, None] * (rng.random() < 0.5)
-    picture = Image.fromarray(np.broadcast_to(start + share * (end - start), (height, width, 3)).astype(np.uint8))
+    image = Image.fromarray(np.broadcast_to(start + share * (end - start), (height, width, 3)).astype(np.uint8))
     weights = np.array([weight for _, weight in KINDS], float)
-    KINDS[rng.choice(len(KINDS), p=weights / weights.sum())][0](ImageDraw.Draw(picture), (width, height), rng)
+    KINDS[rng.choice(len(KINDS), p=weights / weights.sum())][0](ImageDraw.Draw(image), (width, height), rng)
     if rng.random() < 0.5:
-        picture = picture.filter(ImageFilter.GaussianBlur(rng.uniform(0.3, 2.5)))
+        image = image.filter(ImageFilter.GaussianBlur(rng.uniform(0.3, 2.5)))
     noise = rng.uniform(0, 0.06) if rng.random() < 0.8 else rng.uniform(0.1, 1.0)
-    return (np.asarray(picture) + 255 * noise * rng.standard_normal((height, width, 3))).clip(0, 255).astype(np.uint8)
+    return (np.asarray(image) + 255 * noise * rng.standard_normal((height, width, 3))).clip(0, 255).astype(np.uint8)
 
 
 class WithoutTables:
-    """Frames of whole pictures without a table, as `Frames` has those with one."""
+    """Frames of whole images without a table, as `Frames` has those with one."""
 
     def __init__(self, count, seed):
         rows, columns = WHOLE[1] // STRIDE, WHOLE[0] // STRIDE
         self.numbers = np.arange(count)
-        self.pictures = np.stack([drawn(number, seed) for number in range(count)])
+        self.images = np.stack([drawn(number, seed) for number in range(count)])
         self.labels = np.full((count, rows, columns), BACKDROP, np.uint8)
         self.flags = np.zeros((count, rows, columns), np.uint8)
         # Nothing tells the camera; the angles' focal length must not be zero.
         self.cameras = np.tile(np.array([0, 0, WHOLE[0], 0], np.float32)[:CAMERA], (count, 1))
-        self.facts = np.zeros((count, MOST_OBJECTS, FACTS), np.float32)
+        self.facts = np.zeros((count, MAX_OBJECTS, FACTS), np.float32)
 
     def __len__(self):
         return len(self.numbers)
