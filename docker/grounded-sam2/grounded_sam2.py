@@ -2,7 +2,8 @@
 
     uvicorn --factory grounded_sam2:server --host 0.0.0.0 --port 8090
 
-Environment: GROUNDING_MODEL, SAM_MODEL (names or folders of Hugging Face), DEVICE (cuda, cpu), SEGMENTER_KEY (optional).
+Environment: GROUNDING_MODEL, SAM_MODEL (names or folders of Hugging Face), DEVICE (cuda, cpu), SEGMENTER_KEY
+(optional).
 """
 
 import os
@@ -12,11 +13,11 @@ import torch
 from sam2.sam2_image_predictor import SAM2ImagePredictor
 from transformers import AutoModelForZeroShotObjectDetection, AutoProcessor
 
-from sidecar import Found, app
+from sidecar import Detection, app
 
 
 class GroundedSam2:
-    """What answers a question about one picture."""
+    """The models that answer a question about one image."""
 
     def __init__(self, grounding_model: str, sam_model: str, device: str):
         self.device = device
@@ -25,28 +26,28 @@ class GroundedSam2:
         self.predictor = SAM2ImagePredictor.from_pretrained(sam_model, device=device)
 
     @torch.inference_mode()
-    def find(self, picture, labels, box_threshold, text_threshold):
+    def find(self, image, labels, box_threshold, text_threshold):
         # Lower case, each ended by a full stop: so it was trained.
         text = " ".join(f"{label}." for label in labels)
-        inputs = self.processor(images=picture, text=text, return_tensors="pt").to(self.device)
+        inputs = self.processor(images=image, text=text, return_tensors="pt").to(self.device)
         outputs = self.grounding(**inputs)
         [result] = self.processor.post_process_grounded_object_detection(
             outputs,
             inputs.input_ids,
             box_threshold=box_threshold,
             text_threshold=text_threshold,
-            target_sizes=[picture.size[::-1]],
+            target_sizes=[image.size[::-1]],
         )
         boxes = result["boxes"].float().cpu().numpy()
         if len(boxes) == 0:
             return []
-        self.predictor.set_image(np.asarray(picture))
+        self.predictor.set_image(np.asarray(image))
         masks, _, _ = self.predictor.predict(box=boxes, multimask_output=False)
         # One box gives (1, h, w), several (n, 1, h, w).
         masks = np.asarray(masks, bool).reshape(len(boxes), *masks.shape[-2:])
         scores = result["scores"].float().cpu().numpy()
         return [
-            Found(name, float(score), tuple(box), mask)
+            Detection(name, float(score), tuple(box), mask)
             for name, score, box, mask in zip(result["labels"], scores, boxes, masks)
         ]
 

@@ -1,6 +1,7 @@
-"""The protocol of docs/segmentation-sidecar.yaml over whatever finds things: form in, annotations out.
+"""The protocol of docs/segmentation-sidecar.yaml over any segmentation model: form in, annotations out.
 
-What finds is a function `find(picture, labels, box_threshold, text_threshold)` that yields `Found`; this file knows no model.
+The model is a function `find(image, labels, box_threshold, text_threshold)` that yields `Detection`; this file knows
+no model.
 """
 
 import asyncio
@@ -26,22 +27,22 @@ LABEL = re.compile(r"[a-z0-9]+( [a-z0-9]+)*")
 
 
 @dataclass
-class Found:
-    """Something on the picture."""
+class Detection:
+    """An object in the image."""
 
     class_name: str
     score: float
     # x0, y0, x1, y1, pixels.
     box: tuple
-    # As large as the picture, booleans.
+    # As large as the image, booleans.
     mask: np.ndarray
 
 
-Find = Callable[[Image.Image, list, float, float], Iterable[Found]]
+Find = Callable[[Image.Image, list, float, float], Iterable[Detection]]
 
 
 def app(find: Find, key: str | None = None) -> FastAPI:
-    """The server; with a key, whoever does not bring it is refused. One picture is looked at after the other."""
+    """The server; with a key, requests without it are refused. Images are segmented one after the other."""
     server = FastAPI(title="Segmentation sidecar", docs_url=None, redoc_url=None, openapi_url=None)
     one_at_a_time = asyncio.Lock()
 
@@ -56,24 +57,24 @@ def app(find: Find, key: str | None = None) -> FastAPI:
         if int(request.headers.get("content-length", 0) or 0) > MAX_FORM_BYTES:
             raise HTTPException(413, f"at most {MAX_FORM_BYTES} bytes are taken")
         async with request.form(max_files=1, max_fields=1, max_part_size=1 << 20) as form:
-            picture = await picture_of(form.get("image"))
+            image = await image_of(form.get("image"))
             asked = question_of(form.get("request"))
         async with one_at_a_time:
-            found = await asyncio.to_thread(lambda: list(find(picture, *asked)))
-        return answer(picture, found)
+            found = await asyncio.to_thread(lambda: list(find(image, *asked)))
+        return answer(image, found)
 
     return server
 
 
-async def picture_of(file) -> Image.Image:
+async def image_of(file) -> Image.Image:
     if not isinstance(file, UploadFile):
         raise HTTPException(422, "image: a file is wanted")
     try:
         # Its size is known before anything is decoded.
-        picture = Image.open(io.BytesIO(await file.read()), formats=["PNG"])
-        if max(picture.size) > MAX_SIDE_PX:
-            raise HTTPException(422, f"image: {picture.size[0]} x {picture.size[1]} pixels, at most {MAX_SIDE_PX} a side")
-        return picture.convert("RGB")
+        image = Image.open(io.BytesIO(await file.read()), formats=["PNG"])
+        if max(image.size) > MAX_SIDE_PX:
+            raise HTTPException(422, f"image: {image.size[0]} x {image.size[1]} pixels, at most {MAX_SIDE_PX} a side")
+        return image.convert("RGB")
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise HTTPException(422, f"image: no PNG file that can be read ({type(error).__name__})") from error
 
@@ -97,20 +98,20 @@ def question_of(text) -> tuple:
     return labels, float(thresholds[0]), float(thresholds[1])
 
 
-def answer(picture: Image.Image, found: list) -> dict:
-    """The surest things that show anywhere."""
-    width, height = picture.size
-    shown = sorted((thing for thing in found if thing.mask.any()), key=lambda thing: -thing.score)[:MAX_FOUND]
+def answer(image: Image.Image, found: list) -> dict:
+    """The annotations with the highest scores, of objects with visible pixels."""
+    width, height = image.size
+    shown = sorted((annotation for annotation in found if annotation.mask.any()), key=lambda annotation: -annotation.score)[:MAX_FOUND]
     return {
         "img_width": width,
         "img_height": height,
         "annotations": [
             {
-                "class_name": thing.class_name,
-                "score": round(float(thing.score), 6),
-                "bbox": [round(float(side), 3) for side in thing.box],
-                "segmentation": compressed(thing.mask),
+                "class_name": annotation.class_name,
+                "score": round(float(annotation.score), 6),
+                "bbox": [round(float(side), 3) for side in annotation.box],
+                "segmentation": compressed(annotation.mask),
             }
-            for thing in shown
+            for annotation in shown
         ],
     }

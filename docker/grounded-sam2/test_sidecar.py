@@ -12,7 +12,7 @@ from fastapi.testclient import TestClient
 from PIL import Image
 
 from coco import compressed
-from sidecar import Found, app
+from sidecar import Detection, app
 
 
 def png(width=4, height=4, mode="RGB") -> bytes:
@@ -28,18 +28,18 @@ def square(height=4, width=4):
 
 
 class FakeModel:
-    """Finds a mug in the middle, something with word pieces, and something that shows nowhere."""
+    """Finds a mug in the center, something with word pieces, and something that shows nowhere."""
 
     def __init__(self):
         self.asked = []
 
-    def find(self, picture, labels, box_threshold, text_threshold):
-        self.asked.append((picture.size, picture.mode, labels, box_threshold, text_threshold))
-        mask = square(picture.size[1], picture.size[0])
+    def find(self, image, labels, box_threshold, text_threshold):
+        self.asked.append((image.size, image.mode, labels, box_threshold, text_threshold))
+        mask = square(image.size[1], image.size[0])
         return [
-            Found("##fying glass", 0.5, (0, 0, 2, 2), mask),
-            Found("mug", 0.93, (1, 1, 3, 3), mask),
-            Found("ghost", 0.99, (0, 0, 1, 1), np.zeros_like(mask)),
+            Detection("##fying glass", 0.5, (0, 0, 2, 2), mask),
+            Detection("mug", 0.93, (1, 1, 3, 3), mask),
+            Detection("ghost", 0.99, (0, 0, 1, 1), np.zeros_like(mask)),
         ]
 
 
@@ -64,7 +64,7 @@ class Sidecar(unittest.TestCase):
         self.assertEqual([answer.json()[name] for name in ("img_width", "img_height")], [4, 4])
         self.assertEqual(self.model.asked, [((4, 4), "RGB", ["mug"], 0.35, 0.25)])
 
-    def test_pictures_are_wide_or_high_and_transparent_ones_lose_that(self):
+    def test_images_are_wide_or_high_and_transparent_ones_lose_that(self):
         answer = self.asked(image=png(7, 5, "LA")).json()
         self.assertEqual((answer["img_width"], answer["img_height"]), (7, 5))
         self.assertEqual(answer["annotations"][0]["segmentation"]["size"], [5, 7])
@@ -92,7 +92,7 @@ class Sidecar(unittest.TestCase):
             self.assertIsInstance(answer.json()["detail"], str, changed)
         self.assertEqual(self.model.asked, [])
 
-    def test_large_pictures_are_refused_before_they_are_decoded(self):
+    def test_large_images_are_refused_before_they_are_decoded(self):
         answer = self.asked(image=png(5000, 3, "1"))
         self.assertEqual(answer.status_code, 422)
         self.assertIn("5000 x 3", answer.json()["detail"])

@@ -56,7 +56,7 @@ def main() -> int:
             make(server, server.submit_text(arguments.text, arguments.seed), arguments.out, "sentence")
             print(f"the image: {arguments.image} ({len(image)} bytes, nothing else is known about it)")
             make(server, server.submit_image(image, arguments.seed), arguments.out, "image")
-        print(f"done; look at {arguments.out}/sentence/preview and {arguments.out}/image/preview,")
+        print(f"done; see {arguments.out}/sentence/preview and {arguments.out}/image/preview,")
         print("or load a scene as the README.md beside it says; the server has stopped")
         return 0
     except KeyboardInterrupt:

@@ -2,9 +2,10 @@
 
     PYTHONPATH=python python3 -m tabletopgen_checks.documents [--target-dir target] [--program target/debug/tabletopgen]
 
-A fence that begins with ```sh or ```python runs; `sh exit=1` ends with that code. A fence ```output holds the whole output
-of the fence before; a line `...` in it stands for any lines. Documents of a group run one after the other in one shell and one
-folder, so that a later one may use the scenes and variables of an earlier one. `localhost:8080` is the server.
+A fence that begins with ```sh or ```python runs; `sh exit=1` ends with that code. A fence ```output holds the whole
+output of the fence before; a line `...` in it stands for any lines. Documents of a group run one after the other in one
+shell and one folder, so that a later one may use the scenes and variables of an earlier one. `localhost:8080` is the
+server.
 
 A fence of commands without a language is listed in LEFT_OUT with the reason why it does not run.
 """
@@ -190,8 +191,8 @@ def run(every: list, program: Path, work: Path) -> float:
 
 
 def check(program: Path, groups: list) -> str:
-    """A line about the documents of some groups; a problem for the first command that fails, and for fences of any document
-    that neither run nor are left out."""
+    """A line about the documents of some groups; a problem for the first command that fails, and for fences of any
+    document that neither run nor are left out."""
     every = {name: fences(name, (ROOT / name).read_text(encoding="utf-8")) for group in GROUPS for name in group}
     if found := complaints([fence for part in every.values() for fence in part], LEFT_OUT):
         raise Problem("\n".join(found))

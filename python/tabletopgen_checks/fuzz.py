@@ -1,6 +1,7 @@
 """Fuzzes each parser of foreign bytes (fuzz/), one after the other; writes docs/results/fuzz.md.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.fuzz [--target-dir target] [--seconds 600] [--only glb,images] [--build-only]
+    PYTHONPATH=python python3 -m tabletopgen_checks.fuzz [--target-dir target] [--seconds 600] [--only glb,images] \\
+        [--build-only]
 
 Needs a nightly toolchain, for the coverage that libFuzzer steers by; cargo-fuzz is not needed. Each target
 begins with the files of fuzz/seeds/ and tests/fixtures/hostile/; what it finds on the way stays in the corpus
@@ -29,7 +30,8 @@ DEPENDS_ON = (
 )
 TRIPLE = "x86_64-unknown-linux-gnu"
 
-# What cargo-fuzz passes, without the address sanitizer: the program has no unsafe code, and its dependencies' is theirs.
+# What cargo-fuzz passes, without the address sanitizer: the program has no unsafe code, and its dependencies' is
+# theirs.
 COVERAGE = [
     "-Cpasses=sancov-module",
     "-Cllvm-args=-sanitizer-coverage-level=4",
@@ -46,7 +48,7 @@ TARGETS = [
     ("wavefront", "OBJ files, with MTL files and images, in ZIP archives and plain", ["fixtures/hostile/archive"]),
     ("images", "PNG, JPEG and WebP of requests, image generators and textures", ["fixtures/hostile/picture"]),
     ("segmentations", "answers of the segmenter's server: boxes, words, masks as run lengths", ["fixtures/hostile/answer"]),
-    ("vendor_answers", "answers of chat, painting and mesh endpoints as they come over the wire", ["fixtures/hostile/answer"]),
+    ("vendor_answers", "answers of chat, image and mesh endpoints as they come over the wire", ["fixtures/hostile/answer"]),
     ("cassettes", "recordings", ["fixtures/hostile/answer"]),
     ("weights", "safetensors files of the table network and of DINOv2, with its config.json", []),
     ("requests", "bodies of POST /scenes, with their options, settings and images", ["fixtures/hostile/answer"]),

@@ -76,7 +76,8 @@ def whole(file) -> str:
 
 
 class BackgroundProgram:
-    """A program beside other work, whose output is shown in one piece when it is waited for. `stop` is safe in any state."""
+    """A program beside other work, whose output is shown in one piece when it is waited for. `stop` is safe in any
+    state."""
 
     def __init__(self):
         self.process: subprocess.Popen | None = None

@@ -234,8 +234,8 @@ def test_workspace() -> str:
 
 
 def test_integration() -> str:
-    """On SQLite, and those that start servers once more on PostgreSQL. Left out there are those that open the SQLite file
-    or expect that a lease in it ends with its process."""
+    """On SQLite, and those that start servers once more on PostgreSQL. Left out there are those that open the SQLite
+    file or expect that a lease in it ends with its process."""
     on_sqlite = cargo_test("--workspace", "--no-fail-fast", "--test", "it", shown=False)
     tests = ("api::", "worker::lifecycle", "worker::drain", "worker::single_flight")
     postgres_too = {"TABLETOPGEN_TEST_DATABASE": "postgres"}
@@ -318,7 +318,8 @@ def check_categories(target: Path) -> str:
 
 
 def check_documents(target: Path) -> str:
-    """The fences of README; those of the guide take many minutes: `python3 -m tabletopgen_checks.documents` runs them all."""
+    """The fences of README; those of the guide take many minutes: `python3 -m tabletopgen_checks.documents` runs them
+    all."""
     return documented.check(target / "debug" / "tabletopgen", documented.GROUPS[:1])
 
 

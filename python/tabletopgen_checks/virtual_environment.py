@@ -15,8 +15,8 @@ def pins_in(requirements: Path) -> list:
 
 
 def environment_of(target: Path, name: str, packages: "list | Path") -> Path:
-    """The folder of the environment `name`, made anew where its packages or its Python are others. `packages` are pins, or
-    a file of requirements.
+    """The folder of the environment `name`, made anew where its packages or its Python are others. `packages` are pins,
+    or a file of requirements.
     """
     pins = pins_in(packages) if isinstance(packages, Path) else packages
     folder = Path(target) / name

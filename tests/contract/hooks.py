@@ -1,13 +1,14 @@
 """What no schema can express, for requests that are meant to be valid: the fuzzer's values are replaced there.
 
-An image is a real PNG; an address of an image is that of one (CONTRACT_IMAGE_URL); a text that is only validated names one
-thing that stands on tables, a known width is that of the table, and words for tables are known ones; settings have the
-values of the document's examples, as ranges of numbers in texts are not expressed; what an edit changes is something that
-any scene permits; robots are known ones; few tasks are rehearsed; a dataset has one source, a label, and its splits share
-all of it; episodes are few, of one task in words, and seen by usual cameras or by one that is placed well, points with a
-camera alone; a sample is of one combination; times are soon; a number such as 7.0 is 7; an idempotency key is used once. Every
-other request about a scene is about one that is finished (CONTRACT_SCENE_ID), as the fuzzer does not wait for its own.
-Everything else is as the fuzzer draws it from openapi.yaml, and requests that are meant to be refused are left alone.
+An image is a real PNG; an address of an image is that of one (CONTRACT_IMAGE_URL); a text that is only validated names
+one object that stands on tables, a known width is that of the table, and words for tables are known ones; settings have
+the values of the document's examples, as ranges of numbers in texts are not expressed; what an edit changes is
+something that any scene permits; robots are known ones; few tasks are rehearsed; a dataset has one source, a label, and
+its splits share all of it; episodes are few, of one task in words, and seen by usual cameras or by one that is placed
+well, points with a camera alone; a sample is of one combination; times are soon; a number such as 7.0 is 7; an
+idempotency key is used once. Every other request about a scene is about one that is finished (CONTRACT_SCENE_ID), as
+the fuzzer does not wait for its own. Everything else is as the fuzzer draws it from openapi.yaml, and requests that are
+meant to be refused are left alone.
 """
 
 import base64
@@ -34,10 +35,10 @@ TASKS = "GET /scenes/{scene_id}/tasks"
 # Something that an arm can do in the finished scene. It takes seconds, so one request in so many does it.
 INSTRUCTION, EXECUTED_ONE_IN = "pick up the mug", 10
 RECORDED_ONE_IN = 10
-MOST_RECORDED_ATTEMPTS = 2
+MAX_RECORDED_ATTEMPTS = 2
 REHEARSED_ONE_IN = 10
-MOST_REHEARSED = 2
-MOST_SEEDS = 10
+MAX_REHEARSED = 2
+MAX_SEEDS = 10
 LARGEST_FIRST_SEED = 2**52
 SLOT = r"\{([^{}\s]+)\}"
 count = itertools.count()
@@ -89,7 +90,7 @@ def about_tasks(case):
     query.pop("text", None)
     if query.get("rehearsed", True) in (True, "true"):
         query["rehearsed"] = "true" if next(count) % REHEARSED_ONE_IN == 0 else "false"
-        query["count"] = min(int(query.get("count", MOST_REHEARSED)), MOST_REHEARSED)
+        query["count"] = min(int(query.get("count", MAX_REHEARSED)), MAX_REHEARSED)
 
 
 def of_few_episodes(body: dict):
@@ -99,7 +100,7 @@ def of_few_episodes(body: dict):
     body["robot"] = "panda"
     body["count"] = 1
     if body.get("max_attempts") is not None:
-        body["max_attempts"] = MOST_RECORDED_ATTEMPTS
+        body["max_attempts"] = MAX_RECORDED_ATTEMPTS
     record = body.get("record") or {}
     cameras = record.get("cameras") or []
     own = [one for one in cameras if isinstance(one, dict)][:1]
@@ -136,7 +137,8 @@ def says_something(text: str) -> bool:
 
 
 def of_few_combinations(body: dict):
-    """A sample is of the combinations that there are, a recipe of a million or fewer, and each slot is one of a template."""
+    """A sample is of the combinations that there are, a recipe of a million or fewer, and each slot is one of a
+    template."""
     if (body.get("select") or {}).get("count") is not None:
         body["select"]["count"] = 1
     # Braces are those of slots, and the slots those of the templates.
@@ -146,7 +148,7 @@ def of_few_combinations(body: dict):
     if slots or used:
         body["slots"] = {name: slots.get(name) or ["red"] for name in used}
     if isinstance(body.get("seeds"), dict):
-        body["seeds"]["count"] = min(body["seeds"].get("count", 1), MOST_SEEDS)
+        body["seeds"]["count"] = min(body["seeds"].get("count", 1), MAX_SEEDS)
         # The last seed is in the range of seeds, too.
         body["seeds"]["first"] = min(body["seeds"].get("first", 0), LARGEST_FIRST_SEED)
 

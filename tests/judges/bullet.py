@@ -1,5 +1,5 @@
-"""PyBullet loads every URDF without a word, with the scene's masses, inertias and hulls; everything rests for five seconds
-or for as long as is asked for, as rest.py measures it.
+"""PyBullet loads every URDF without a word, with the scene's masses, inertias and hulls; everything rests for five
+seconds or for as long as is asked for, as rest.py measures it.
 """
 
 from pathlib import Path
@@ -59,7 +59,7 @@ def load(verdict, bundle, path, client):
 def check(verdict, body, index, client):
     name = body["name"]
     info = pybullet.getDynamicsInfo(index, -1, physicsClientId=client)
-    # Bullet fixes what it is told to fix and loads free bodies with their mass.
+    # Bullet loads free bodies with their mass, and fixes the others.
     moments = np.sort(np.linalg.eigvalsh(inertia_tensor(body)))
     shapes = pybullet.getCollisionShapeData(index, -1, physicsClientId=client)
     visuals = pybullet.getVisualShapeData(index, physicsClientId=client)

@@ -1,10 +1,11 @@
-"""An OpenAI-compatible server nobody here wrote, LiteLLM's proxy, takes the chat requests that a test left.
+"""An OpenAI-compatible server of others, LiteLLM's proxy, takes the chat requests that a test left.
 
     python -m venv V && V/bin/pip install 'litellm[proxy]==1.106.2'
     V/bin/python tests/judges/chat_proxy.py target/chat_requests
 
-Its answers are mocked, valid and invalid ones; it validates them against the schema that each request brings, so that a schema
-it does not understand, or does not take for strict, shows. Run by hand: the proxy brings a hundred packages along.
+Its answers are mocked, valid and invalid ones; it validates them against the schema that each request brings, so that a
+schema it does not understand, or does not take for strict, shows. Run by hand: the proxy brings a hundred packages
+along.
 """
 
 import json
@@ -72,15 +73,15 @@ def example(schema: dict):
 def judged(port: int, requests: dict) -> int:
     wrong = 0
     for name, request in requests.items():
-        good, told = ask(port, request | {"model": f"{name}-good"})
-        content = json.loads(told["choices"][0]["message"]["content"]) if good == 200 else told
+        good, answer = ask(port, request | {"model": f"{name}-good"})
+        content = json.loads(answer["choices"][0]["message"]["content"]) if good == 200 else answer
         expected = example(request["response_format"]["json_schema"]["schema"])
         bad, refusal = ask(port, request | {"model": f"{name}-bad"})
         held = good == 200 and content == expected and bad != 200 and "JSONSchemaValidationError" in json.dumps(refusal)
         wrong += not held
         print(f"{name}: {'accepted' if held else 'NOT ACCEPTED'} ({good}, another answer {bad})")
         if not held:
-            print(json.dumps(told)[:600], json.dumps(refusal)[:600])
+            print(json.dumps(answer)[:600], json.dumps(refusal)[:600])
     return 1 if wrong else 0
 
 

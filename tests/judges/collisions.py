@@ -20,7 +20,7 @@ DEPTH_M = 0.001
 EDGE_M = 0.0014
 # Below this nothing counts: it is a quarter of a wall thinner than any body has.
 SHALLOW_M = 0.0001
-MOST_SAMPLES = 3_000_000
+MAX_SAMPLES = 3_000_000
 
 
 def judge(bundle: Path) -> Verdict:
@@ -113,8 +113,8 @@ def samples(solid, low, high):
     done = []
     while len(corners[0]):
         a, b, c = corners
-        least, most = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-        meets = within(least, -np.inf, high) & within(most, low, np.inf)
+        lowest, highest = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        meets = within(lowest, -np.inf, high) & within(highest, low, np.inf)
         a, b, c = a[meets], b[meets], c[meets]
         sides = [np.einsum("ij,ij->i", q - p, q - p) for p, q in ((a, b), (b, c), (c, a))]
         longest = np.maximum(np.maximum(sides[0], sides[1]), sides[2])
@@ -125,10 +125,10 @@ def samples(solid, low, high):
             # Each triangle across one edge only, the first of its longest.
             split = ~settled & (side == longest)
             settled = settled | split
-            middle = 0.5 * (p[split] + q[split])
-            halves += [(p[split], middle, apex[split]), (middle, q[split], apex[split])]
+            midpoint = 0.5 * (p[split] + q[split])
+            halves += [(p[split], midpoint, apex[split]), (midpoint, q[split], apex[split])]
         corners = [np.concatenate([half[k] for half in halves]) for k in range(3)]
-        if len(corners[0]) > MOST_SAMPLES:
+        if len(corners[0]) > MAX_SAMPLES:
             raise RuntimeError(f"{len(corners[0])} samples of one surface: the box two bodies share is too large")
     points = np.concatenate(done)
     return points[within(points, low, high)]

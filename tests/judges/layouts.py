@@ -1,12 +1,12 @@
-"""Layouts of a bundle's objects, whoever made them: colliding pairs, and five seconds of MuJoCo from there.
+"""Layouts of a bundle's objects, of any origin: colliding pairs, and five seconds of MuJoCo from there.
 
     target/judges/bin/python tests/judges/layouts.py LAYOUTS.json
 
 LAYOUTS.json is a list of {"bundle": folder, "world_from_object": {name: 4x4 matrix}}; meters, z up, the table of the
 bundle with its top at z = 0. What a layout does not name was not placed. Prints a list of findings in the same order.
 
-The MuJoCo model is made here, of the bundle's collision shapes (those of its URDF bodies), masses, inertias and friction,
-with MuJoCo's default contacts; the bundle's own MJCF is not read.
+The MuJoCo model is made here, of the bundle's collision shapes (those of its URDF bodies), masses, inertias and
+friction, with MuJoCo's default contacts; the bundle's own MJCF is not read.
 """
 
 import json
@@ -43,7 +43,7 @@ def judge(layout: dict) -> dict:
 def colliding_pairs(bundle: Path, scene: dict, poses: dict) -> list:
     """(name, name, depth in mm) of every pair, the table included."""
     solids = {}
-    for body in [scene["table"], *(told for told in scene["instances"] if told["name"] in poses)]:
+    for body in [scene["table"], *(instance for instance in scene["instances"] if instance["name"] in poses)]:
         solid, reason = load_solid(bundle / body["mesh"], poses.get(body["name"], np.eye(4)))
         if solid is None:
             raise RuntimeError(f"{bundle / body['mesh']} is no union of closed shells: {reason}")
@@ -66,7 +66,7 @@ def simulated(bundle: Path, scene: dict, poses: dict) -> dict:
     start, turn = data.xpos.copy(), data.xquat.copy()
     for _ in range(round(DURATION_S / TIMESTEP_S)):
         mujoco.mj_step(model, data)
-    # What diverges is reset by MuJoCo, and told by this number.
+    # MuJoCo resets a simulation that diverges, and counts that in this number.
     diverged = bool(data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number)
     moved_mm, turned_deg = {}, {}
     for name in poses:
@@ -88,28 +88,28 @@ def model_of(bundle: Path, scene: dict, poses: dict):
     floor = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
     floor.pos = [0, 0, -scene["table"]["height_m"]]
     add_hulls(spec, spec.worldbody.add_body(name="table"), bundle, scene["table"])
-    for told in scene["instances"]:
-        if told["name"] not in poses:
+    for instance in scene["instances"]:
+        if instance["name"] not in poses:
             continue
-        pose, quaternion = poses[told["name"]], np.zeros(4)
+        pose, quaternion = poses[instance["name"]], np.zeros(4)
         mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).reshape(9))
-        body = spec.worldbody.add_body(name=told["name"], pos=pose[:3, 3], quat=quaternion)
+        body = spec.worldbody.add_body(name=instance["name"], pos=pose[:3, 3], quat=quaternion)
         body.add_freejoint()
         body.explicitinertial = True
-        body.mass, body.inertia = told["mass_kg"], told["inertia_diagonal_kg_m2"]
-        x, y, z, w = told["principal_axes_xyzw"]
-        body.ipos, body.iquat = told["center_of_mass_m"], [w, x, y, z]
-        add_hulls(spec, body, bundle, told)
+        body.mass, body.inertia = instance["mass_kg"], instance["inertia_diagonal_kg_m2"]
+        x, y, z, w = instance["principal_axes_xyzw"]
+        body.ipos, body.iquat = instance["center_of_mass_m"], [w, x, y, z]
+        add_hulls(spec, body, bundle, instance)
     return spec.compile()
 
 
-def add_hulls(spec, body, bundle: Path, told: dict):
-    found = shapes(bundle, told["name"])
-    if len(found) != told["hulls"]:
-        raise RuntimeError(f"{bundle} has {len(found)} hulls of {told['name']}, scene.json says {told['hulls']}")
+def add_hulls(spec, body, bundle: Path, entry: dict):
+    found = shapes(bundle, entry["name"])
+    if len(found) != entry["hulls"]:
+        raise RuntimeError(f"{bundle} has {len(found)} hulls of {entry['name']}, scene.json says {entry['hulls']}")
     for shape in found:
         if shape.kind == "mesh":
-            mesh = spec.add_mesh(name=f"{told['name']}/{shape.path.stem}")
+            mesh = spec.add_mesh(name=f"{entry['name']}/{shape.path.stem}")
             lines = shape.path.read_text(encoding="utf-8").splitlines()
             mesh.uservert = [float(part) for line in lines if line.startswith("v ") for part in line.split()[1:4]]
             # The body's inertia is given; this only lets hulls as thin as paper pass.
@@ -119,7 +119,7 @@ def add_hulls(spec, body, bundle: Path, told: dict):
             x, y, z, w = shape.rotation.as_quat()
             geom = body.add_geom(pos=shape.position, quat=[w, x, y, z])
             geom.type, geom.size = simple(shape)
-        geom.friction = [told["friction"]["dynamic"], 0.005, 0.0001]
+        geom.friction = [entry["friction"]["dynamic"], 0.005, 0.0001]
 
 
 def simple(shape):

@@ -18,12 +18,12 @@ def judge(bundle: Path) -> Verdict:
     scene = read_scene(bundle)
     wanted = {body["name"]: mark(body.get) for body in bodies(scene) if body.get("stand_in")}
     labels = {body["name"]: held(body["label"]) for body in bodies(scene)}
-    for path, (told, marked) in read(bundle, labels).items():
-        for name, label in told.items():
+    for path, (labeled, marked) in read(bundle, labels).items():
+        for name, label in labeled.items():
             # MuJoCo refuses empty text: there the name stands for an empty label.
             if label not in (labels[name], labels[name] or name):
                 verdict.complaints.append(f"{path}: the label of {name} is {label!r}, not {labels[name]!r}")
-        expected = {name: wanted[name] for name in wanted if name in told}
+        expected = {name: wanted[name] for name in wanted if name in labeled}
         if marked != expected:
             verdict.complaints.append(f"{path} marks {marked} as stand-ins, not {expected}")
     verdict.facts = {"stand_ins": len(wanted)}
@@ -62,8 +62,8 @@ def read(bundle, labels):
         found[path] = ({name: extras.get("label", labels[name])}, {name: mark(extras.get)} if extras.get("stand_in") else {})
         path = f"mjcf/{name}/{name}.xml"
         if (bundle / path).is_file():
-            told, marked = mjcf(bundle / path)
-            found[path] = (told or {name: labels[name]}, marked)
+            labeled, marked = mjcf(bundle / path)
+            found[path] = (labeled or {name: labels[name]}, marked)
     return found
 
 
@@ -90,16 +90,16 @@ def sdf(root):
 
 def usd(stage, labels):
     prims = {name: stage.GetDefaultPrim().GetChild(name) for name in labels}
-    def told(prim):
+    def attributes_of(prim):
         return lambda part: prim.GetAttribute(f"tabletopgen:{part}").Get()
-    marked = {name: mark(told(prim)) for name, prim in prims.items() if told(prim)("stand_in")}
+    marked = {name: mark(attributes_of(prim)) for name, prim in prims.items() if attributes_of(prim)("stand_in")}
     return {name: held(prim.GetDisplayName()) for name, prim in prims.items()}, marked
 
 
 def glb(path, labels):
-    told = {node["name"]: node.get("extras", {}) for node in nodes(path) if node.get("name") in labels}
-    marked = {name: mark(extras.get) for name, extras in told.items() if extras.get("stand_in") is True}
-    return {name: held(extras.get("label", "")) for name, extras in told.items()}, marked
+    extras_by_name = {node["name"]: node.get("extras", {}) for node in nodes(path) if node.get("name") in labels}
+    marked = {name: mark(extras.get) for name, extras in extras_by_name.items() if extras.get("stand_in") is True}
+    return {name: held(extras.get("label", "")) for name, extras in extras_by_name.items()}, marked
 
 
 def nodes(path):

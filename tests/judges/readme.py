@@ -1,7 +1,8 @@
 """The README's Python examples run from the bundle's folder, each in a process of its own as for a reader, two at once.
 
 Some programs want versions of their own: `tabletopgen_checks.judges.programs` makes an environment for each under
-`programs/` of this one, and what has none is told as not run. Isaac Sim and Gazebo are no packages; PyBullet is one for some Pythons only.
+`programs/` of this one, and what has none is reported as not run. Isaac Sim and Gazebo are no packages; PyBullet is one
+for some Pythons only.
 """
 
 import re

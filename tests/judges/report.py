@@ -48,9 +48,9 @@ def page_complaints(text, report, scene):
     if any(tree.iter("script")) or any(tree.iter("link")):
         complaints.append("report.html runs or fetches something")
     words = "".join(tree.itertext())
-    told = [report["verdict"], report["summary"], scene["id"]] + [reason["sentence"] for reason in report["reasons"]]
-    told += [instance["label"] for instance in scene["instances"]]
-    complaints += [f"report.html does not tell {what!r}" for what in map(shown, told) if what not in words]
+    expected = [report["verdict"], report["summary"], scene["id"]] + [reason["sentence"] for reason in report["reasons"]]
+    expected += [instance["label"] for instance in scene["instances"]]
+    complaints += [f"report.html does not tell {what!r}" for what in map(shown, expected) if what not in words]
     return complaints
 
 

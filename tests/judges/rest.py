@@ -1,13 +1,14 @@
-"""Everything stays where `scene.json` places it, in every program that the bundle's README shows, by the README's lines.
+"""Everything stays where `scene.json` places it, in every program that the bundle's README shows, by the README's
+lines.
 
     target/judges/bin/python tests/judges/rest.py BUNDLE_DIR... [--programs "MuJoCo 4.0.0,..."] [--seconds 5] [--json]
 
-Each example runs in a process and an environment of its own (`tabletopgen_checks.judges.programs` makes those that are not the judges'),
-until five seconds are simulated. Then no object may be farther from its pose than a quarter of its smallest side, or
-turned by more than two degrees (or what rest_programs.toml says of its program), and no two bodies may be deeper in each
-other than a quarter of the thinner one's smallest side or 2 mm. One measure serves all programs: MuJoCo finds the depth of
-the exported shapes at the poses that each ended with. A program that only loads the scene (Pinocchio) holds where its
-example ends well.
+Each example runs in a process and an environment of its own (`tabletopgen_checks.judges.programs` makes those that are
+not the judges'), until five seconds are simulated. Then no object may be farther from its pose than a quarter of its
+smallest side, or turned by more than two degrees (or what rest_programs.toml says of its program), and no two bodies
+may be deeper in each other than a quarter of the thinner one's smallest side or 2 mm. One measure serves all programs:
+MuJoCo finds the depth of the exported shapes at the poses that each ended with. A program that only loads the scene
+(Pinocchio) holds where its example ends well.
 """
 
 import argparse
@@ -89,14 +90,14 @@ class Rest:
 
 def rest(bundle: Path, program: str, duration_s: float = DURATION_S) -> Rest:
     """What became of a scene in one of `PROGRAMS`."""
-    told, failure = ended(bundle, PROGRAMS[program], duration_s)
+    answer, failure = ended(bundle, PROGRAMS[program], duration_s)
     scene = read_scene(bundle)
     found = Rest(objects=len(scene["instances"]), failure=failure)
-    if failure or "poses" not in told:
+    if failure or "poses" not in answer:
         found.held = 0 if failure else found.objects
         return found
-    found.step_s, found.cpu_s_per_s = told["step_s"], told["cpu_s"] / told["simulated_s"]
-    poses = {name: (np.array(pose[:3]), np.array(pose[3:])) for name, pose in told["poses"].items()}
+    found.step_s, found.cpu_s_per_s = answer["step_s"], answer["cpu_s"] / answer["simulated_s"]
+    poses = {name: (np.array(pose[:3]), np.array(pose[3:])) for name, pose in answer["poses"].items()}
     lost = [name for name, pose in poses.items() if not np.isfinite(np.concatenate(pose)).all()]
     if lost:
         found.failure = f"{lost[0]} has no finite pose any more"
@@ -173,10 +174,10 @@ def ended(bundle: Path, program: Program, duration_s: float):
     except subprocess.TimeoutExpired:
         return {}, f"it is not done within {LIMIT_S} s"
     # Some programs say good-bye behind it.
-    told = [line.removeprefix("rest: ") for line in run.stdout.splitlines() if line.startswith("rest: ")]
-    if run.returncode != 0 or not told:
+    answer = [line.removeprefix("rest: ") for line in run.stdout.splitlines() if line.startswith("rest: ")]
+    if run.returncode != 0 or not answer:
         return {}, (run.stderr or run.stdout).strip()[-300:] or f"exit code {run.returncode}"
-    return json.loads(told[-1]), ""
+    return json.loads(answer[-1]), ""
 
 
 def main() -> int:

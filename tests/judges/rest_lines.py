@@ -21,13 +21,14 @@ def main() -> int:
     before, steps = parts(code)
     names_of_example = {"__name__": "__main__"}
     exec(compile(before, "README.md", "exec"), names_of_example)
-    told = {} if steps is None else simulated(READERS[program], steps, names_of_example, seconds, names)
-    print("\nrest: " + json.dumps(told), flush=True)
+    answer = {} if steps is None else simulated(READERS[program], steps, names_of_example, seconds, names)
+    print("\nrest: " + json.dumps(answer), flush=True)
     return 0
 
 
 def parts(code: str):
-    """What stands before the loop of steps, and the loop or the call of `AdvanceTo`; all and None where neither is there."""
+    """What stands before the loop of steps, and the loop or the call of `AdvanceTo`; all and None where neither is
+    there."""
     tree = ast.parse(code)
     for k, node in enumerate(tree.body):
         if is_loop_of_steps(node) or is_advance(node):

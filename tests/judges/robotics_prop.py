@@ -14,7 +14,7 @@ from pathlib import Path
 from verdict import Verdict, bodies, read_scene
 
 PROFILE, VERSION = "Robotics-Prop", "4.0.0"
-# Core, minimal, rigid bodies, look, packaging and names; all that the profile does not call optional.
+# Core, minimal, rigid bodies, appearance, packaging and names; all that the profile does not call optional.
 REQUIRED = [
     "FET_000_STANDARD", "FET_001_STANDARD", "FET_003_STANDARD", "FET_006_STANDARD", "FET_011_STANDARD",
     "FET_011_RTX", "FET_031_STANDARD", "FET_033_STANDARD", "FET_046_STANDARD",
@@ -41,20 +41,20 @@ def judge(bundle: Path) -> Verdict:
         for name in next(iter(features.values()), {})
         if name not in REQUIRED and all(found[name]["passed"] for found in features.values() if name in found)
     })
-    told = ruled([*stages, *props])
-    if told["rules"] < RULES:
-        verdict.complaints.append(f"only {told['rules']} rules ran")
+    outcome = ruled([*stages, *props])
+    if outcome["rules"] < RULES:
+        verdict.complaints.append(f"only {outcome['rules']} rules ran")
     if any(path.suffix == ".usda" for path in props):
-        told["errors"] = [words for words in told["errors"] if PREFERS_CRATE not in words]
-    verdict.complaints += told["errors"]
+        outcome["errors"] = [words for words in outcome["errors"] if PREFERS_CRATE not in words]
+    verdict.complaints += outcome["errors"]
     verdict.facts = {
         "assets": len(props),
         "refused": refused,
         "optional": " ".join(optional),
         "files": len(stages) + len(props),
-        "rules": told["rules"],
-        "rule_errors": len(told["errors"]),
-        "rule_warnings": told["warnings"],
+        "rules": outcome["rules"],
+        "rule_errors": len(outcome["errors"]),
+        "rule_warnings": outcome["warnings"],
     }
     return verdict
 
@@ -70,15 +70,15 @@ def profiled(props) -> dict:
         if not found.is_file():
             raise RuntimeError(f"simready-validate did not run: {(run.stderr or run.stdout).strip()[-1000:]}")
         documents = json.loads(found.read_text(encoding="utf-8"))
-    return {path: told["features_summary"] for path, told in documents.items() if "features_summary" in told}
+    return {path: document["features_summary"] for path, document in documents.items() if "features_summary" in document}
 
 
 def lacks(features) -> list:
     """What a prop fails in; a prop without features was not judged."""
     lacking = [f"{name} is not judged" for name in REQUIRED if name not in features]
-    for name, told in features.items():
-        if told.get("blocking_failure") or (name in REQUIRED and not told["passed"]):
-            lacking.append(f"{name} fails: {told.get('failing requirements')} {told.get('requirement_messages', '')}"[:400])
+    for name, feature in features.items():
+        if feature.get("blocking_failure") or (name in REQUIRED and not feature["passed"]):
+            lacking.append(f"{name} fails: {feature.get('failing requirements')} {feature.get('requirement_messages', '')}"[:400])
     return lacking
 
 
@@ -101,7 +101,7 @@ def rule_here(files) -> dict:
             made.enable_rule(rule)
         return made
 
-    # Variants are the props', which are looked at one by one.
+    # Variants belong to the props, which are judged one by one.
     stages, props = engine(variants=False), engine(variants=True)
     errors, warnings = [], 0
     for path in files:

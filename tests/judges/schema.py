@@ -18,15 +18,15 @@ def judge(bundle: Path) -> Verdict:
         verdict.complaints.append(f"scene.json at {error.json_path}: {error.message[:200]}")
     check_supports(verdict, scene)
     manifest = json.loads((bundle / "manifest.json").read_text(encoding="utf-8"))
-    told = {entry["path"]: entry for entry in manifest["files"]}
+    listed = {entry["path"]: entry for entry in manifest["files"]}
     found = {p.relative_to(bundle).as_posix() for p in bundle.rglob("*") if p.is_file()}
     # Stage artifacts may lie beside a bundle that was written unpacked.
     found = {path for path in found if not path.startswith("artifacts/")}
-    for path in sorted(set(told) ^ (found - {"manifest.json"})):
-        verdict.complaints.append(f"{path} is {'missing' if path in told else 'not in the manifest'}")
-    for path in sorted(set(told) & found):
+    for path in sorted(set(listed) ^ (found - {"manifest.json"})):
+        verdict.complaints.append(f"{path} is {'missing' if path in listed else 'not in the manifest'}")
+    for path in sorted(set(listed) & found):
         content = (bundle / path).read_bytes()
-        entry = told[path]
+        entry = listed[path]
         if len(content) != entry["size"] or hashlib.sha256(content).hexdigest() != entry["sha256"]:
             verdict.complaints.append(f"{path} is not the file of the manifest")
     verdict.facts = {"files": len(found)}

@@ -215,9 +215,9 @@ def without_binding_schema(layer):
 
 
 def without_provenance(layer):
-    told = dict(layer.customLayerData)
-    told["SimReady_Metadata"] = {k: v for k, v in told["SimReady_Metadata"].items() if k != "qcode"}
-    layer.customLayerData = told
+    metadata = dict(layer.customLayerData)
+    metadata["SimReady_Metadata"] = {k: v for k, v in metadata["SimReady_Metadata"].items() if k != "qcode"}
+    layer.customLayerData = metadata
 
 
 def marked_as_stand_in(layer):
@@ -307,8 +307,8 @@ def main():
             falls = verdict.facts["stable"] < verdict.facts["movable"]
             assert verdict.accepted and falls, f"a falling body counts as stable: {verdict}"
     without = f", without {', '.join(LEFT_OUT)}" if LEFT_OUT else ""
-    told = f"tell all {check_depths()} depths and {check_layouts(good)} layouts"
-    print(f"the judges reject all {broken} broken bundles and {told}{without}")
+    checks = f"tell all {check_depths()} depths and {check_layouts(good)} layouts"
+    print(f"the judges reject all {broken} broken bundles and {checks}{without}")
 
 
 if __name__ == "__main__":

@@ -80,10 +80,10 @@ def packed_layers(stage: Path) -> list:
 
 def check_extent(verdict, path, prim):
     if prim.IsA(UsdGeom.Mesh):
-        told = UsdGeom.Boundable(prim).GetExtentAttr().Get()
+        authored = UsdGeom.Boundable(prim).GetExtentAttr().Get()
         computed = UsdGeom.PointBased.ComputeExtent(UsdGeom.PointBased(prim).GetPointsAttr().Get())
-        if told is None or differs(told, computed, 0.0, 1e-10):
-            verdict.complaints.append(f"{path}: the extent of {prim.GetPath()} is {told}, not {computed}")
+        if authored is None or differs(authored, computed, 0.0, 1e-10):
+            verdict.complaints.append(f"{path}: the extent of {prim.GetPath()} is {authored}, not {computed}")
 
 
 def check_body(verdict, body, prim) -> int:
@@ -123,10 +123,10 @@ def check_body(verdict, body, prim) -> int:
 
 def check_words(verdict, body, prim):
     # No text of USD holds a NUL.
-    told = {"label": (prim.GetDisplayName(), body["label"].replace("\0", "\ufffd"))}
+    pairs = {"label": (prim.GetDisplayName(), body["label"].replace("\0", "\ufffd"))}
     if "category" in body:
-        told["category"] = (list(labels(prim, "class")), [body["category"]])
-    for what, (found, wanted) in told.items():
+        pairs["category"] = (list(labels(prim, "class")), [body["category"]])
+    for what, (found, wanted) in pairs.items():
         if found != wanted:
             verdict.complaints.append(f"{body['name']}: {what} is {found!r}, not {wanted!r}")
     if not all(item.startswith("Q") for item in labels(prim, "wikidata_qcode")):
@@ -138,18 +138,19 @@ def labels(prim, kind):
 
 
 def check_shapes(verdict, bundle, body, prim):
-    """Kinds, places and volumes of colliders, and extents of what is seen, against the URDF, whose meshes trimesh reads."""
+    """Kinds, places and volumes of colliders, and extents of what is seen, against the URDF, whose meshes trimesh
+    reads."""
     meshes = [UsdGeom.Mesh(child) for child in Usd.PrimRange(prim) if child.IsA(UsdGeom.Mesh)]
     colliders = sorted((c for c in Usd.PrimRange(prim) if c.HasAPI(UsdPhysics.CollisionAPI)), key=lambda c: str(c.GetPath()))
-    for k, (collider, told) in enumerate(zip(colliders, shapes(bundle, body["name"]))):
+    for k, (collider, expected) in enumerate(zip(colliders, shapes(bundle, body["name"]))):
         kind, volume = measured(collider)
-        wanted = trimesh.load_mesh(told.path).volume if told.kind == "mesh" else told.volume()
+        wanted = trimesh.load_mesh(expected.path).volume if expected.kind == "mesh" else expected.volume()
         # URDF has no capsules.
-        if kind != told.kind and kind != "capsule" or differs(volume, wanted, 1e-4 if kind != "capsule" else 0.05, 1e-12):
-            verdict.complaints.append(f"{body['name']}: collider {k} is a {kind} of {volume} m^3, not {told.kind} of {wanted}")
+        if kind != expected.kind and kind != "capsule" or differs(volume, wanted, 1e-4 if kind != "capsule" else 0.05, 1e-12):
+            verdict.complaints.append(f"{body['name']}: collider {k} is a {kind} of {volume} m^3, not {expected.kind} of {wanted}")
         place = UsdGeom.Xformable(collider).GetLocalTransformation().ExtractTranslation()
-        if told.kind != "mesh" and differs(list(place), told.position, 0.0, 1e-9):
-            verdict.complaints.append(f"{body['name']}: collider {k} is at {place}, not at {told.position}")
+        if expected.kind != "mesh" and differs(list(place), expected.position, 0.0, 1e-9):
+            verdict.complaints.append(f"{body['name']}: collider {k} is at {place}, not at {expected.position}")
     seen = [as_trimesh(mesh) for mesh in meshes if not mesh.GetPrim().HasAPI(UsdPhysics.CollisionAPI)]
     low = np.min([mesh.bounds[0] for mesh in seen], axis=0)
     high = np.max([mesh.bounds[1] for mesh in seen], axis=0)

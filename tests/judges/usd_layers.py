@@ -44,7 +44,7 @@ def difference(a, b):
         if sorted(one.ListInfoKeys()) != sorted(other.ListInfoKeys()):
             return f"{path}: fields {sorted(one.ListInfoKeys())} and {sorted(other.ListInfoKeys())}"
         for key in one.ListInfoKeys():
-            if told(one.GetInfo(key)) != told(other.GetInfo(key)):
+            if typed(one.GetInfo(key)) != typed(other.GetInfo(key)):
                 return f"{path} {key}: {one.GetInfo(key)} and {other.GetInfo(key)}"
         for children in ("nameChildren", "properties"):
             if names(one, children) != names(other, children):
@@ -54,7 +54,7 @@ def difference(a, b):
 
 
 def specs(layer) -> list:
-    """Paths of everything but targets, which are told by their properties."""
+    """Paths of everything but targets, which belong to the values of their properties."""
     found = []
     layer.Traverse(Sdf.Path.absoluteRootPath, found.append)
     return [path for path in found if not path.IsTargetPath()]
@@ -64,10 +64,10 @@ def names(spec, children: str) -> list:
     return list(getattr(spec, children).keys()) if hasattr(spec, children) else []
 
 
-def told(value):
+def typed(value):
     """A value with its type all the way down, so that 1 is not 1.0 and a token array no string array."""
     if isinstance(value, dict):
-        return {key: told(inner) for key, inner in value.items()}
+        return {key: typed(inner) for key, inner in value.items()}
     if hasattr(value, "isExplicit"):
         return value.isExplicit, [[repr(item) for item in getattr(value, items)] for items in LIST_OPERATIONS]
     if type(value).__module__.startswith("pxr.Vt"):
@@ -85,7 +85,7 @@ def main() -> int:
         if found := difference(as_text, as_crate):
             raise SystemExit(f"{text} and .usdc differ: {found}")
         if len(layers) > 1 and not difference(as_text, another):
-            raise SystemExit(f"{text} is told to equal another layer")
+            raise SystemExit(f"{text} is reported as equal to another layer")
         fields += sum(len(as_text.GetObjectAtPath(path).ListInfoKeys()) for path in specs(as_text))
     print(f"OpenUSD reads {len(texts)} layers alike from text and crate, {fields} fields")
     return 0

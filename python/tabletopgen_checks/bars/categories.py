@@ -1,10 +1,11 @@
 """Every category of the catalog alone, in what holds it and on what carries it: three seeds each, all certified.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.categories [--target-dir target] [--seeds 3] [--only petri] [--part all]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.categories [--target-dir target] [--seeds 3] [--only petri] \\
+        [--part all]
         [--program target/debug/tabletopgen]
 
-`--part sample` makes the few that once failed, as `make test` does. Texts go through `tabletopgen batch`, sixty at a time,
-and what passes is deleted.
+`--part sample` makes the few that once failed, as `make test` does. Texts go through `tabletopgen batch`, sixty at a
+time, and what passes is deleted.
 """
 
 import json
@@ -40,7 +41,7 @@ SAMPLE = (
 
 
 @dataclass(frozen=True)
-class Asked:
+class SceneRequest:
     name: str
     part: str
     text: str
@@ -55,9 +56,9 @@ def main() -> bool:
     given = arguments(__doc__, seeds=SEEDS, only="", part="all", program="")
     binary = Path(given.program).resolve() if given.program else given.binary
     if given.part == "sample":
-        wanted = [Asked(name, "sample", text, seed) for name, text, seed in SAMPLE]
+        wanted = [SceneRequest(name, "sample", text, seed) for name, text, seed in SAMPLE]
     else:
-        wanted = [Asked(*one, seed=seed) for seed in range(1, given.seeds + 1) for one in texts(categories())]
+        wanted = [SceneRequest(*one, seed=seed) for seed in range(1, given.seeds + 1) for one in texts(categories())]
         wanted = [one for one in wanted if given.part in ("all", one.part) and re.search(given.only, one.name)]
     faults = {}
     for start in range(0, len(wanted), AT_A_TIME):

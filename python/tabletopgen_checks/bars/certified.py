@@ -33,7 +33,7 @@ def main() -> bool:
     given = arguments(__doc__, count=COUNT)
     environment = given.target_dir / "judges"
     finish_setup(start_setup(environment))
-    found = Found()
+    found = Totals()
     for sentence in certified_sentences(given.count):
         folder = given.work / "certified" / sentence.name
         found.add(sentence, *measured(given.binary, environment, sentence, folder))
@@ -61,8 +61,8 @@ def measured(binary, environment, sentence, folder):
     return report, verdicts, wrong + [f"resolve: {line}" for line in report["resolve"]["log"]]
 
 
-class Found:
-    """What all scenes showed together."""
+class Totals:
+    """Counts over all scenes."""
 
     def __init__(self):
         self.rows, self.notes, self.asked = [], [], []

@@ -2,9 +2,9 @@
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.certify_time [--target-dir target] [--runs 5]
 
-`decompose` and `rotate` run side by side, so each scene is made twice on one data directory: the second time settings of
-`decompose` and `resolve` differ in their last digits, so that what comes before and `rotate` are found, and each of the three
-stages is computed and has the processors alone.
+`decompose` and `rotate` run side by side, so each scene is made twice on one data directory: the second time settings
+of `decompose` and `resolve` differ in their last digits, so that what comes before and `rotate` are found, and each of
+the three stages is computed and has the processors alone.
 """
 
 import statistics

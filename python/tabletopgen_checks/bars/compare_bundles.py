@@ -1,11 +1,11 @@
 """Do two builds of tabletopgen write the same bundles? For refactorings, which change no byte but those they name.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.compare_bundles OLD_BINARY NEW_BINARY --work DIR \\
-        [--renamed picture=image] [--image docs/demo_table.png]
+        [--renamed yaw=yaw_rad] [--image docs/demo_table.png]
 
 Both binaries make every scene of sentences.toml, and one from an image. Files are equal to the byte, or equal after the
-scene's id and the keys named with --renamed are replaced, or they differ. USD files are compared as text; that needs the
-Python of the judges' environment (`target/judges/bin/python`).
+scene's id and the keys named with --renamed are replaced, or they differ. USD files are compared as text; that needs
+the Python of the judges' environment (`target/judges/bin/python`).
 """
 
 import argparse
@@ -44,7 +44,8 @@ def main() -> int:
 
 
 def compare(old: Path, new: Path, renamed: dict):
-    """How many files are the same, the same but for names, other, or in one folder alone; and the latter two by name."""
+    """How many files are the same, the same but for names, other, or in one folder alone; and the latter two by
+    name."""
     listed = [{p.relative_to(side) for p in side.rglob("*") if p.is_file()} for side in (old, new)]
     ids = [json.loads((side / "scene.json").read_text())["id"] for side in (old, new)]
     counts, differing = Counter(), []
@@ -72,7 +73,8 @@ def text(path: Path) -> str:
 
 
 def with_names(content: str, path: Path, renamed: dict):
-    """JSON files as values with their keys renamed, reports with the settings they list renamed, other files as they are."""
+    """JSON files as values with their keys renamed, reports with the settings they list renamed, other files as they
+    are."""
     if path.name == "manifest.json":
         return sorted(paths_of(json.loads(content)))
     if path.suffix == ".json":

@@ -1,10 +1,12 @@
 """Every operation of openapi.yaml under a fuzzer of contracts, and two generated clients used as they are.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.contract [--target-dir target] [--examples 100] [--program FILE] [--seed 1]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.contract [--target-dir target] [--examples 100] \\
+        [--program FILE] [--seed 1]
 
-Schemathesis sends requests that fit the document and requests that break it, one by one and in sequences, and compares every
-answer with the document. The client of openapi-python-client submits, polls and downloads; that of openapi-typescript is
-compiled. All three are pinned in tests/contract/requirements.txt and lie in `contract` of the target directory.
+Schemathesis sends requests that fit the document and requests that break it, one by one and in sequences, and compares
+every answer with the document. The client of openapi-python-client submits, polls and downloads; that of
+openapi-typescript is compiled. All three are pinned in tests/contract/requirements.txt and lie in `contract` of the
+target directory.
 """
 
 import hashlib

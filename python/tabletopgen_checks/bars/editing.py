@@ -1,12 +1,13 @@
 """Edits: two hundred on forty scenes do what they state, and nothing else; what is refused is impossible.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.editing [--target-dir target] [--scenes 40] [--edits 200] [--seed 34]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.editing [--target-dir target] [--scenes 40] [--edits 200] \\
+        [--seed 34]
         [--only edits,cost,synthesizer] [--rounds 5] [--layouts 20]
 
-Half of the scenes are of texts, half of synthetic images. `tabletopgen_checks.edits.comparison` judges the written bundles from
-their poses and hulls, by code that shares nothing with the program; MuJoCo simulates every result for five seconds; refusals
-are checked by a search for free space (`tabletopgen_checks.edits.room`). The part `synthesizer` has a page and a bar of its own
-(`python/tabletopgen_checks/bars/synthesizer`).
+Half of the scenes are of texts, half of synthetic images. `tabletopgen_checks.edits.comparison` judges the written
+bundles from their poses and hulls, by code that shares nothing with the program; MuJoCo simulates every result for five
+seconds; refusals are checked by a search for free space (`tabletopgen_checks.edits.room`). The part `synthesizer` has a
+page and a bar of its own (`python/tabletopgen_checks/bars/synthesizer`).
 """
 
 import json

@@ -1,6 +1,7 @@
 """Demonstrations of one pick and place: what they cost, who reads them, and whether they are the same again.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.episodes [--target-dir target] [--count 20] [--kills 30] [--timed 20] [--train 50]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.episodes [--target-dir target] [--count 20] [--kills 30] \\
+        [--timed 20] [--train 50]
         [--regenerated 20] [--only all|speed]
 
 A scene is generated, and `tabletopgen episodes` records a task in it in every format. LeRobot, PyAV, pyarrow, h5py and

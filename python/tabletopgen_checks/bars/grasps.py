@@ -1,10 +1,12 @@
 """Grasps of the objects of generated scenes, tried again by MuJoCo, and of the categories of the catalog.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.grasps [--target-dir target] [--scenes 30] [--robot panda] [--only categories]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.grasps [--target-dir target] [--scenes 30] [--robot panda] \\
+        [--only categories]
 
-`tabletopgen-lab grasp-trials` tries grasps of every object of the scenes that the bar `robot` uses, until three are stable
-or eight were tried; MuJoCo repeats each trial with the exported gripper and object (tests/judges/robots/replay_grasps.py).
-`tabletopgen-lab grasp-categories` tries the typical object of each category that is for grippers.
+`tabletopgen-lab grasp-trials` tries grasps of every object of the scenes that the bar `robot` uses, until three are
+stable or eight were tried; MuJoCo repeats each trial with the exported gripper and object
+(tests/judges/robots/replay_grasps.py). `tabletopgen-lab grasp-categories` tries the typical object of each category
+that is for grippers.
 """
 
 import json

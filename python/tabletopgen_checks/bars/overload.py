@@ -1,13 +1,14 @@
-"""Hostile clients against a server with its default settings: what honest clients notice, what memory it takes, when they are closed.
+"""Hostile clients against a server with its default settings: what honest clients notice, what memory it takes, when
+they are closed.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.overload [--target-dir target] [--program PATH]
 
-Six attacks, one after the other: a thousand headers that do not end, a thousand clients that ask for megabytes and read nothing, a
-thousand event streams, six hundred bodies that do not end, bodies of nested lists of the largest size, and again a thousand
-non-readers against a server of 64 connections. During each, two honest clients ask for scenes and check texts on new connections, at a
-steady pace. All clients have the same address. Promised: the honest p99 stays under twice the idle one (or under 20 ms, as short
-answers on two cores scatter), every honest request is answered, memory stays under the cap, and every hostile connection is closed
-within its limit.
+Six attacks, one after the other: a thousand headers that do not end, a thousand clients that ask for megabytes and read
+nothing, a thousand event streams, six hundred bodies that do not end, bodies of nested lists of the largest size, and
+again a thousand non-readers against a server of 64 connections. During each, two honest clients ask for scenes and
+check texts on new connections, at a steady pace. All clients have the same address. Promised: the honest p99 stays
+under twice the idle one (or under 20 ms, as short answers on two cores scatter), every honest request is answered,
+memory stays under the cap, and every hostile connection is closed within its limit.
 """
 
 import asyncio
@@ -262,8 +263,8 @@ def nested_and_honest(server: Server, scene: str):
 
 
 def small_server(binary: Path, folder: Path, rows: list, silent: socket.socket) -> bool:
-    """A thousand clients that do not read against 64 slots. Those that have just connected keep their slot for a moment, so
-    some honest requests are asked to come back."""
+    """A thousand clients that do not read against 64 slots. Those that have just connected keep their slot for a
+    moment, so some honest requests are asked to come back."""
     (folder / "small").mkdir()
     sets = settings(silent, max_connections=64)
     with Server(binary, folder / "small", folder / "log_small", arguments=sets) as server:

@@ -1,7 +1,7 @@
 """A page of results: what was run, on which commit and machine, and a table.
 
-What is measured is what was committed: with uncommitted changes a bar does not begin, unless `--uncommitted` is given, and
-then its page says so.
+What is measured is what was committed: with uncommitted changes a bar does not begin, unless `--uncommitted` is given,
+and then its page says so.
 """
 
 import argparse

@@ -93,7 +93,8 @@ def pairs(scenes: list) -> dict:
 
 
 def summary(scenes: list, wanted: int) -> tuple:
-    """Bars and text. Where fewer than `wanted` picks and places were measured the bar does not hold, whatever their share."""
+    """Bars and text. Where fewer than `wanted` picks and places were measured the bar does not hold, whatever their
+    share."""
     both = pairs(scenes)
     is_enough = len(both) >= wanted and len(scenes) >= MIN_SCENES
     groups = {

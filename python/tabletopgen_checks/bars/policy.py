@@ -1,14 +1,15 @@
 """A policy learns from recorded episodes: behavior cloning with and without randomization, evaluated in MuJoCo.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.policy [--target-dir target] [--count 500] [--starts 100] [--epochs 60]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.policy [--target-dir target] [--count 500] [--starts 100] \\
+        [--epochs 60]
         [--only all|images] [--image-episodes 160] [--image-starts 30] [--image-minutes 9]
 
-A scene is generated, and `tabletopgen episodes` records `count` episodes of one task in it with the usual randomization,
-as many without any, and `starts` with another seed, of which only the beginnings are used. A small network is trained on
-each of the first two with PyTorch (tests/judges/robots/policy_training.py), and does the task from the starts in MuJoCo, which made
-none of the data (tests/judges/robots/policy_rollout.py). Another network is trained on images of fewer episodes, for so many CPU
-minutes, and sees MuJoCo's own images (train_images.py and rollout_images.py there). Scene and datasets are kept under the
-target directory for the same program.
+A scene is generated, and `tabletopgen episodes` records `count` episodes of one task in it with the usual
+randomization, as many without any, and `starts` with another seed, of which only the beginnings are used. A small
+network is trained on each of the first two with PyTorch (tests/judges/robots/policy_training.py), and does the task
+from the starts in MuJoCo, which made none of the data (tests/judges/robots/policy_rollout.py). Another network is
+trained on images of fewer episodes, for so many CPU minutes, and sees MuJoCo's own images (train_images.py and
+rollout_images.py there). Scene and datasets are kept under the target directory for the same program.
 """
 
 import hashlib

@@ -1,10 +1,11 @@
-"""Several processes record one dataset, and one of them is killed: PostgreSQL, an S3 server, an interface and two workers.
+"""Several processes record one dataset, and one of them is killed: PostgreSQL, an S3 server, an interface and two
+workers.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.recordings [--target-dir target] [--count 40] [--kills 3]
 
-A scene is made, and episodes of a task in it are ordered over HTTP. While they are recorded, a worker is killed with SIGKILL
-at random times and another begins in its place. The dataset has to be the one that `tabletopgen episodes` writes for the same
-bundle, byte for byte.
+A scene is made, and episodes of a task in it are ordered over HTTP. While they are recorded, a worker is killed with
+SIGKILL at random times and another begins in its place. The dataset has to be the one that `tabletopgen episodes`
+writes for the same bundle, byte for byte.
 """
 
 import hashlib

@@ -1,10 +1,12 @@
 """Annotated images from elsewhere: what is found in them, and how like them their scenes are.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.references [--target-dir target] [--pictures ../shared/references]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.references [--target-dir target] \\
+        [--pictures ../shared/references]
 
 The folder has images and an `annotations.json`: by name a file, its width and height, the corners of the table's top
-(`table.top_outline_px`) and the box of every object (`objects[].bbox_px`), pixels. It is no part of the program. An object counts
-as found where the box of a mask overlaps its box by one half (intersection over union), each for one at most.
+(`table.top_outline_px`) and the box of every object (`objects[].bbox_px`), pixels. It is no part of the program. An
+object counts as found where the box of a mask overlaps its box by one half (intersection over union), each for one at
+most.
 """
 
 import json
@@ -35,7 +37,7 @@ def main() -> bool:
     environment = given.target_dir / "judges"
     finish_setup(start_setup(environment))
     seen = [
-        Seen(name, known, given, environment) for name, known in sorted(json.loads(listed.read_text("utf-8")).items())
+        AnnotatedImage(name, known, given, environment) for name, known in sorted(json.loads(listed.read_text("utf-8")).items())
     ]
     def total(what):
         return sum(getattr(one, what) for one in seen)
@@ -66,7 +68,7 @@ def main() -> bool:
     return all(held for *_, held in bars)
 
 
-class Seen:
+class AnnotatedImage:
     """An image, its annotations and the scene that was made of it."""
 
     def __init__(self, name, known, given, environment):

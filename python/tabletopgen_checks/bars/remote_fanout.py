@@ -1,12 +1,12 @@
-"""Two scenes of twelve objects at the same time, from models that take two seconds a call: how long, against the longest chain of
-calls of one.
+"""Two scenes of twelve objects at the same time, from models that take two seconds a call: how long, against the
+longest chain of calls of one.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.remote_fanout [--target-dir target]
 
-A scene waits for fourteen calls one after the other: describe, draw, recognize, measure, stacking, two calls of the segmenter,
-then a redrawn object, its mesh, two checks of how that stands, the view from above, the check of that, and the boxes on it. Objects are
-redrawn and made side by side. The chain is those fourteen calls and the computation of one scene alone, which is measured
-with models that answer at once.
+A scene waits for fourteen calls one after the other: describe, draw, recognize, measure, stacking, two calls of the
+segmenter, then a redrawn object, its mesh, two checks of how that stands, the view from above, the check of that, and
+the boxes on it. Objects are redrawn and made side by side. The chain is those fourteen calls and the computation of one
+scene alone, which is measured with models that answer at once.
 """
 
 import shutil

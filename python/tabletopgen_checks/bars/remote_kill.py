@@ -1,11 +1,12 @@
-"""`kill -9` at random moments while every question of a scene goes to remote models: nothing is billed twice but what no client
-can decide, and each case of that stands in the ledger as `outcome_unknown`.
+"""`kill -9` at random moments while every question of a scene goes to remote models: nothing is billed twice but what
+no client can decide, and each case of that stands in the ledger as `outcome_unknown`.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.remote_kill [--target-dir target] [--kills 200]
 
-`tabletopgen-lab mock-vendors` answers for all remote models and keeps a bill. One scene is made undisturbed; then the same
-scene again and again, each on fresh data, its server killed at a random moment and started again until the job is done. What the
-undisturbed scene was billed, every scene is billed once; what it is billed beyond that has to stand in its books.
+`tabletopgen-lab mock-vendors` answers for all remote models and keeps a bill. One scene is made undisturbed; then the
+same scene again and again, each on fresh data, its server killed at a random moment and started again until the job is
+done. What the undisturbed scene was billed, every scene is billed once; what it is billed beyond that has to stand in
+its books.
 """
 
 import random

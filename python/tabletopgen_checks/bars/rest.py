@@ -1,15 +1,16 @@
-"""Forty scenes rest in every simulator in which that is promised, by the lines of the bundle's README. Those in which it is
-not (`not_promised` in tests/judges/rest_programs.toml) are measured too and fail nothing.
+"""Forty scenes rest in every simulator in which that is promised, by the lines of the bundle's README. Those in which
+it is not (`not_promised` in tests/judges/rest_programs.toml) are measured too and fail nothing.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.rest [--target-dir target] [--simulators "MuJoCo 3.3.0;..."] [--scenes 40]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.rest [--target-dir target] \\
+        [--simulators "MuJoCo 3.3.0;..."] [--scenes 40]
         [--program target/debug/tabletopgen]
 
-Each program has an environment of its own with pinned packages (`tabletopgen_checks.judges.programs`); Genesis brings PyTorch, so all
-take 12 GB of disk. Who judges is tests/judges/rest.py.
+Each program has an environment of its own with pinned packages (`tabletopgen_checks.judges.programs`); Genesis brings
+PyTorch, so all take 12 GB of disk. Who judges is tests/judges/rest.py.
 
 What was measured is kept in bars/rest of the target directory for as long as the program, the scenes and the judge are
-the same. A run measures what is missing, so an interrupted one goes on; `--simulators` measures only those named, and the
-page has what the earlier runs found of the others.
+the same. A run measures what is missing, so an interrupted one goes on; `--simulators` measures only those named, and
+the page has what the earlier runs found of the others.
 """
 
 import hashlib
@@ -50,7 +51,7 @@ def main() -> bool:
     if unknown := [name for name in asked if name not in every]:
         raise Problem(f"{unknown} are not in tests/judges/rest_programs.toml; there are {every}")
     make_environments(judges, [one for one in simulators() if one["name"] in asked])
-    kept = Kept(given.work / "rest", Path(given.program).resolve() if given.program else given.binary)
+    kept = FindingCache(given.work / "rest", Path(given.program).resolve() if given.program else given.binary)
     wanted = rest_scenes()[: given.scenes]
     made = [kept.scene(scene) for scene in wanted]
     for scene, (_, wrong) in zip(wanted, made):
@@ -66,8 +67,9 @@ def main() -> bool:
     return held
 
 
-class Kept:
-    """Scenes and findings of a program, in a folder that is emptied where the program, the scenes or the judge are others."""
+class FindingCache:
+    """Scenes and findings of a program, in a folder that is emptied where the program, the scenes or the judge are
+    others."""
 
     def __init__(self, folder: Path, binary: Path):
         self.folder, self.binary = folder, binary

@@ -1,15 +1,16 @@
 """Robots at work: proposed tasks in generated scenes, the tasks of the paper, and MuJoCo's opinion of both.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.robot [--target-dir target] [--scenes 100] [--tasks 3] [--seeds 100] [--jobs 2]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.robot [--target-dir target] [--scenes 100] [--tasks 3] \\
+        [--seeds 100] [--jobs 2]
         [--only all|scenes|paper|pick_place] [--problems 300] [--repeated 100] [--readers yes|no] [--minutes 0]
 
-`scenes` generated sentences of at least three objects become scenes. For each, `tasks` tasks are proposed, their BDDL is
-read by PyPI `bddl`, and they are executed; each task of the paper is executed in its scene with `seeds` seeds by both
-robots. MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py); of the tasks of the paper, those
-of the first `repeated` seeds. `problems` picks and places in
-the same scenes are planned (bars/pick_place.py). What was done is kept under the target directory: the same program goes on
-where it was interrupted, and records that another machine made are used if they are put there. All of it takes hours on two
-cores; `--only` measures one part, and writes its section of the page alone. Nothing new is begun after `minutes` (0: no
+`scenes` generated sentences of at least three objects become scenes. For each, `tasks` tasks are proposed, their BDDL
+is read by PyPI `bddl`, and they are executed; each task of the paper is executed in its scene with `seeds` seeds by
+both robots. MuJoCo repeats what was done from its joint targets (tests/judges/robots/replay.py); of the tasks of the
+paper, those of the first `repeated` seeds. `problems` picks and places in the same scenes are planned
+(bars/pick_place.py). What was done is kept under the target directory: the same program goes on where it was
+interrupted, and records that another machine made are used if they are put there. All of it takes hours on two cores;
+`--only` measures one part, and writes its section of the page alone. Nothing new is begun after `minutes` (0: no
 limit); without `readers`, the executions whose files other programs read are left out.
 """
 
@@ -129,7 +130,8 @@ class Bench:
         return found
 
     def executed(self, name: str, scene, task, seed: int, robot: str, is_repeated: bool = True) -> dict:
-        """What became of a task (a dictionary, or an instruction) in a scene, and what MuJoCo says of it, if it is asked."""
+        """What became of a task (a dictionary, or an instruction) in a scene, and what MuJoCo says of it, if it is
+        asked."""
         path = self.folder / "executions" / f"{name}.json"
         if path.is_file():
             return json.loads(path.read_text(encoding="utf-8"))

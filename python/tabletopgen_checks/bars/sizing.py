@@ -1,4 +1,5 @@
-"""What one scene costs a machine: processor time, memory, transactions, bytes. The sizing of docs/operations.md uses it.
+"""What one scene costs a machine: processor time, memory, transactions, bytes. The sizing of docs/operations.md uses
+it.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.sizing [--target-dir target] [--scenes 12]
 

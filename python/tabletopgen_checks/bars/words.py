@@ -1,6 +1,7 @@
 """Names, sentences and task instructions: what the parser understands, and whether the finished scene holds it.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.words [--target-dir target] [--scenes 300] [--tasks 200] [--generated 1000]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.words [--target-dir target] [--scenes 300] [--tasks 200] \\
+        [--generated 1000]
         [--jobs 2]
 
 All texts are parsed. `scenes`, `tasks` and `generated` are how many sentences, instructions and generated sentences

@@ -2,8 +2,8 @@
 
 A hull counts as the prism over its footprint between its lowest and its highest point. That takes more room than the
 hull, so a place that is found is free; one that is not found proves nothing. An object stands on a level: the table
-top, or the flat top of a hull of the object that carries it, with its center of mass above that top. So nothing stands on
-the rim of a plate.
+top, or the flat top of a hull of the object that carries it, with its center of mass above that top. So nothing stands
+on the rim of a plate.
 """
 
 import math
@@ -53,7 +53,7 @@ class Shape:
 
 
 @dataclass
-class Found:
+class FreePlace:
     """A free place, with what `scene/relations.py` needs of a body."""
 
     footprint: list
@@ -120,7 +120,7 @@ def top_of(hull) -> list:
 def free_place(
     scene: Scene, shape: Shape, obstacles: list, levels: list, accepts=lambda found: True, yaws=None,
     clearance_m: float = CLEARANCE_M, around=None
-) -> Found | None:
+) -> FreePlace | None:
     """The first free place that `accepts`; `around` = (center, half a side) bounds the search to a square.
 
     Yaws are added to that of the shape; all sixteen unless they are given.
@@ -143,7 +143,7 @@ def free_place(
                     continue
                 corners = shifted(footprint, center)
                 top_m = height_m + max(one.high_m for one in prisms)
-                found = Found(corners, center_of(corners), shape.yaw_rad + yaw, height_m, top_m)
+                found = FreePlace(corners, center_of(corners), shape.yaw_rad + yaw, height_m, top_m)
                 # What stands on an object may stick out over the edge of the table.
                 is_inside = carriers is not None or limits
                 if accepts(found) and (is_inside or outline_holds(scene.outline, corners, max(0.0, clearance_m))):

@@ -8,8 +8,8 @@ from tabletopgen_checks.judges.judging import complaints, judge
 
 
 def simulate(environment: Path, waiting: list):
-    """Five seconds of MuJoCo, with the displacement of the certificate; Manifold and FCL search for collisions. A bundle
-    with nothing wrong is removed."""
+    """Five seconds of MuJoCo, with the displacement of the certificate; Manifold and FCL search for collisions. A
+    bundle with nothing wrong is removed."""
     if not waiting:
         return
     findings = judge(environment, [one.bundle for one in waiting], dss_bar=0.0, only=("mjcf", "collisions"))

@@ -42,8 +42,8 @@ MODELS = {
 # The first is the native size; the others are smaller, and of another shape and partly larger.
 INPUTS = {"mlp": [(70, 70), (56, 56), (42, 98)], "swiglu": [(56, 56), (84, 42)]}
 # Height, width, transparent border: one is reduced, one enlarged.
-PICTURES = [(37, 52, 3), (11, 9, 0)]
-PICTURE_SIDE_PX = 28
+IMAGES = [(37, 52, 3), (11, 9, 0)]
+IMAGE_SIDE_PX = 28
 MEAN = torch.tensor([0.485, 0.456, 0.406]).reshape(3, 1, 1)
 DEVIATION = torch.tensor([0.229, 0.224, 0.225]).reshape(3, 1, 1)
 
@@ -105,7 +105,7 @@ def main():
         assert ("encoder.layer.0.mlp.weights_in.weight" in names) == config.use_swiglu_ffn, names
         config_file = folder / "config.json"
         config_file.write_text(json.dumps(json.loads(config_file.read_text()), indent=2, sort_keys=True) + "\n")
-    for index, (height, width, border) in enumerate(PICTURES):
+    for index, (height, width, border) in enumerate(IMAGES):
         rgba = torch.randint(0, 256, (height, width, 4), dtype=torch.uint8)
         alpha = torch.tensor([0, 200, 255, 255], dtype=torch.uint8)[torch.randint(0, 4, (height, width))]
         if border:
@@ -113,7 +113,7 @@ def main():
             alpha[-border:, :] = 90
         rgba[..., 3] = alpha
         resized = torch.nn.functional.interpolate(
-            squared(rgba)[None], size=(PICTURE_SIDE_PX,) * 2, mode="bicubic", align_corners=False, antialias=True
+            squared(rgba)[None], size=(IMAGE_SIDE_PX,) * 2, mode="bicubic", align_corners=False, antialias=True
         )[0]
         golden[f"picture.{index}.rgba"] = rgba
         golden[f"picture.{index}.pixels"] = (resized.clamp(0, 255) / 255 - MEAN) / DEVIATION

@@ -3,8 +3,8 @@
     python3.11 -m venv golden && golden/bin/pip install -r training/requirements.txt
     PYTHONPATH=python:training golden/bin/python -m tabletopgen_checks.golden.table_network
 
-Run by hand, when the form of the golden files or of the network changes; no test needs it. In evaluation mode, in float32 on
-the CPU. Nothing is left at its initial value, nor are running means and deviations.
+Run by hand, when the form of the golden files or of the network changes; no test needs it. In evaluation mode, in
+float32 on the CPU. Nothing is left at its initial value, nor are running means and deviations.
 
     weights.safetensors   as training/train.py writes them
     golden.safetensors

@@ -35,8 +35,9 @@ def finish_setup(setup: subprocess.Popen):
 
 
 def judge(environment: Path, bundles, dss_bar=0.95, only=(), slow_seconds=None) -> dict:
-    """The findings of judge.py, of all judges or only of those named; `accepted` says whether all accept. `left_out` are those that
-    this Python has no packages for. Drake and PyBullet simulate half a second where nothing else is asked for."""
+    """The findings of judge.py, of all judges or only of those named; `accepted` says whether all accept. `left_out`
+    are those that this Python has no packages for. Drake and PyBullet simulate half a second where nothing else is
+    asked for."""
     command = [str(environment / "bin/python"), str(JUDGES / "judge.py"), "--json", "--dss-bar", str(dss_bar)]
     command += ["--only", ",".join(only)] if only else []
     command += ["--slow-seconds", str(slow_seconds)] if slow_seconds else []

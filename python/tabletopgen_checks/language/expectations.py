@@ -1,7 +1,7 @@
 """Whether a scene is what a text asks for. The format of the expectations is in tests/words/README.md.
 
-The same checks serve what the program says it understood (`description.py`) and the finished scene (`measured.py`): both
-are views with `objects`, `related`, `distances_cm`, `arranged`, `table`, `excluded`, `reported` and `corrected`.
+The same checks serve what the program says it understood (`description.py`) and the finished scene (`measured.py`):
+both are views with `objects`, `related`, `distances_cm`, `arranged`, `table`, `excluded`, `reported` and `corrected`.
 """
 
 import itertools

@@ -100,8 +100,8 @@ FAMILIES = {
 
 
 class Clauses:
-    """Clauses of a sentence as it grows, with what they ask for in the format of tests/words. A category is in one clause
-    only, so that every reference is clear.
+    """Clauses of a sentence as it grows, with what they ask for in the format of tests/words. A category is in one
+    clause only, so that every reference is clear.
     """
 
     def __init__(self, family: Family, words: dict, chance):

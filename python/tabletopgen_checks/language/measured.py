@@ -2,8 +2,9 @@
 
 Colors, materials and states are those of the description of the same text and seed, whose objects have the names of the
 instances; everything else is measured. Relations are those of `scene/relations.py`, and what is on, in or stacked on an
-object is carried by it, directly or not; left, right, front and behind are as the person at the target sees them where the
-description says so (`seated`). Other tolerances are the constants below; distances are between the outlines from above.
+object is carried by it, directly or not; left, right, front and behind are as the person at the target sees them where
+the description says so (`seated`). Other tolerances are the constants below; distances are between the outlines from
+above.
 """
 
 import dataclasses

@@ -1,6 +1,7 @@
 """Compares the planner of crate `robot` with VAMP on the 700 MotionBenchMaker problems of the Panda.
 
-    PYTHONPATH=python python -m tabletopgen_checks.robots.planning_bar [--folder target/robot_planning] [--repeats 15] [--rounds 3]
+    PYTHONPATH=python python -m tabletopgen_checks.robots.planning_bar [--folder target/robot_planning] \\
+        [--repeats 15] [--rounds 3]
 
 It downloads the source package `vamp-planner` and the headers of Eigen from PyPI into the folder, builds VAMP with its
 own compiler flags, builds the example `plan_problems`, and lets both solve all problems in turn on one core. Needs

@@ -24,8 +24,8 @@ class Generated:
 def generate(
     binary: Path, out: Path, source, seed: int, threads=None, environment=None, data=None, seconds=600, artifacts=False
 ) -> Generated:
-    """Makes one scene from a sentence, or from the image at a `Path`, in an empty data directory, or in `data`; `printed`
-    is what `--json` printed. With `artifacts` the bundle's folder also gets what every stage put aside.
+    """Makes one scene from a sentence, or from the image at a `Path`, in an empty data directory, or in `data`;
+    `printed` is what `--json` printed. With `artifacts` the bundle's folder also gets what every stage put aside.
 
     A scene that its own certificate quarantines is made all the same: `printed["verdict"]` says so.
     """

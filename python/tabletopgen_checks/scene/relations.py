@@ -1,8 +1,9 @@
-"""Whether a relation holds between bodies of a finished scene: the one statement of what in, on, next to and left of mean.
+"""Whether a relation holds between bodies of a finished scene: the one statement of what in, on, next to and left of
+mean.
 
-Written again from the documented tolerances of the program: distances 1 cm, yaws and facing 10 degrees, positions 2 cm, next to at
-most 15 cm apart, contacts 1.5 cm, overlap along a direction 1.5 cm, regions a twentieth of half the table. The center of
-what is stacked on an object is above the center of that.
+Written again from the documented tolerances of the program: distances 1 cm, yaws and facing 10 degrees, positions 2 cm,
+next to at most 15 cm apart, contacts 1.5 cm, overlap along a direction 1.5 cm, regions a twentieth of half the table.
+The center of what is stacked on an object is above the center of that.
 """
 
 import math

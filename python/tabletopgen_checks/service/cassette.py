@@ -2,8 +2,8 @@
 
     PYTHONPATH=python python3 -m tabletopgen_checks.service.cassette [--binary target/release/tabletopgen]
 
-After a change of prompts, of requests or of what the stand-in answers the test of the recording says that something was not
-recorded; then this makes the archive anew.
+After a change of prompts, of requests or of what the stand-in answers the test of the recording says that something was
+not recorded; then this makes the archive anew.
 """
 
 import argparse

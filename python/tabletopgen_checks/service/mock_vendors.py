@@ -14,7 +14,8 @@ SEED = 7
 
 
 class MockVendors:
-    """`tabletopgen-lab mock-vendors`, of the same build as `binary`, on a free port or another address, and its bill."""
+    """`tabletopgen-lab mock-vendors`, of the same build as `binary`, on a free port or another address, and its
+    bill."""
 
     def __init__(self, binary: Path, latency_ms: int = 0, listen: str = "127.0.0.1:0"):
         self.lab, self.latency_ms, self.listen = lab_beside(binary), latency_ms, listen

@@ -47,7 +47,8 @@ class Machine:
         return path
 
     def python(self, name: str, version: str, lacks: str = "", loads: bool = True) -> str:
-        """`version` as in 3.13; `lacks` names modules; `loads`: whether the system has the libraries it is asked for."""
+        """`version` as in 3.13; `lacks` names modules; `loads`: whether the system has the libraries it is asked
+        for."""
         words = PYTHON.format(real=sys.executable, version=version.replace(".", ", "), lacks=lacks, loads=loads)
         return str(self.program(name, words))
 

@@ -81,7 +81,7 @@ class WithoutPython(unittest.TestCase):
             self.assertEqual(shown.split("\n")[:-1], [f"<{w}>" for w in expected])
         self.assertEqual(len(asked), 2)
         self.assertTrue(image.is_file())
-        self.assertIn("look at away/sentence/preview and away/image/preview", words)
+        self.assertIn("see away/sentence/preview and away/image/preview", words)
 
     def test_a_scene_that_did_not_come_ends_it(self):
         binary = self.machine.program("tabletopgen", "#!/bin/sh\nexit 3\n")

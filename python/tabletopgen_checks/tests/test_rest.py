@@ -128,11 +128,11 @@ class Page(unittest.TestCase):
             program, kept = Path(folder) / "program", Path(folder) / "rest"
             bundles = [kept / "tower", kept / "coins"]
             program.write_text("one", encoding="utf-8")
-            rest.Kept(kept, program).add("MuJoCo 3.3.0", finding())
-            found = rest.Kept(kept, program).found("MuJoCo 3.3.0", bundles)
+            rest.FindingCache(kept, program).add("MuJoCo 3.3.0", finding())
+            found = rest.FindingCache(kept, program).found("MuJoCo 3.3.0", bundles)
             self.assertEqual([one["bundle"] for one in found], ["/scenes/tower"])
             program.write_text("another", encoding="utf-8")
-            self.assertEqual(rest.Kept(kept, program).found("MuJoCo 3.3.0", bundles), [])
+            self.assertEqual(rest.FindingCache(kept, program).found("MuJoCo 3.3.0", bundles), [])
 
     def test_a_scene_that_is_not_certified_fails_the_bar(self):
         _, held = rest.page([RestScene("tower", "stack", 1, "A tower")], [(None, ["no room"])], {})

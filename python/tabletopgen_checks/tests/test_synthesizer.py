@@ -26,7 +26,7 @@ def all_ways(**changed):
     return [one(way, **changed.get(way, {})) for way in WAYS]
 
 
-class Asked(unittest.TestCase):
+class Requests(unittest.TestCase):
     def test_every_object_is_moved_on_the_table(self):
         self.assertEqual(
             runs.moves_of({"mug_1": [], "book_1": []}),

@@ -2,9 +2,10 @@
 
     recorded.py DATASET [--train STEPS]
 
-DATASET is what `tabletopgen episodes --format lerobot-v3.0,lerobot-v3.0-images,lerobot-v2.1,robomimic,parquet-png` wrote.
-The PNG files are what was rendered; LeRobot's decoded video must equal them within the error of the codec, everything else
-exactly. With --train, LeRobot's own training runs so many steps. Prints one line of JSON; exit code 1 with a complaint.
+DATASET is what `tabletopgen episodes --format lerobot-v3.0,lerobot-v3.0-images,lerobot-v2.1,robomimic,parquet-png`
+wrote. The PNG files are what was rendered; LeRobot's decoded video must equal them within the error of the codec,
+everything else exactly. With --train, LeRobot's own training runs so many steps. Prints one line of JSON; exit code 1
+with a complaint.
 """
 
 import argparse
@@ -97,7 +98,7 @@ def seen(folder: Path, frames, camera: str, t: int, points: tuple) -> np.ndarray
     depth_m = in_camera[:, 2]
     ahead = np.where(depth_m > 1e-6, depth_m, 1.0)
     pixels = np.floor((in_camera @ k.T)[:, :2] / ahead[:, None]).astype(int)
-    image = picture(folder / camera / f"rgb_{t:06}.png")
+    image = pixels_of(folder / camera / f"rgb_{t:06}.png")
     inside = (depth_m > 1e-6) & (pixels >= 0).all(1) & (pixels < image.shape[1::-1]).all(1)
     column, row = np.where(inside[:, None], pixels, 0).T
     depth_mm, ids = (np.array(Image.open(folder / camera / f"{kind}_{t:06}.png")) for kind in ("depth_mm", "instance_ids"))
@@ -105,7 +106,7 @@ def seen(folder: Path, frames, camera: str, t: int, points: tuple) -> np.ndarray
     return inside & at_depth & (image[row, column] == points[1]).all(1) & (ids[row, column] == points[2])
 
 
-def picture(path: Path) -> np.ndarray:
+def pixels_of(path: Path) -> np.ndarray:
     return np.asarray(Image.open(path).convert("RGB"))
 
 
@@ -132,7 +133,7 @@ def lerobot(root: Path, episodes: list, complaints: Complaints) -> None:
             complaints.equal(f"{name} place", [int(item["episode_index"]), int(item["frame_index"])], [number, t])
             for of, paths in episode["images"].items():
                 pixels = np.round(item[f"observation.images.{of}"].numpy().transpose(1, 2, 0) * 255).astype(np.uint8)
-                decoded(f"{name} {of}", pixels, picture(paths[t]), is_exact, complaints)
+                decoded(f"{name} {of}", pixels, pixels_of(paths[t]), is_exact, complaints)
             if t % 7 == 0:
                 actions = np.clip([t, t + 1, t + 2], 0, last)
                 found = windowed[index]["action"].numpy()

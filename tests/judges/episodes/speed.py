@@ -2,10 +2,10 @@
 
     speed.py MJCF [IMAGES]
 
-MuJoCo's renderer (MUJOCO_GL chooses EGL or OSMesa) draws cameras of 224 x 224 pixels around the scene, in turn, at poses of
-the arm that change between images; Embree (PyPI `embreex`) finds the first triangle at every pixel of the same cameras, with
-the triangles of the visible geometry, built anew for each pose as the arm moves. Prints one line of JSON with milliseconds an
-image.
+MuJoCo's renderer (MUJOCO_GL chooses EGL or OSMesa) draws cameras of 224 x 224 pixels around the scene, in turn, at
+poses of the arm that change between images; Embree (PyPI `embreex`) finds the first triangle at every pixel of the same
+cameras, with the triangles of the visible geometry, built anew for each pose as the arm moves. Prints one line of JSON
+with milliseconds an image.
 """
 
 import json
@@ -25,10 +25,10 @@ def main(path: str, images: int) -> int:
     model = mujoco.MjModel.from_xml_path(path)
     model.vis.global_.fovy = np.degrees(FOV_RAD)
     data = mujoco.MjData(model)
-    told = {"images": images, "triangles": int(sum(len(part) for part in triangles_of(model, moved(model, data, 0))))}
-    told["mujoco_ms"] = mujoco_ms(model, data, images)
-    told["embree_ms"] = embree_ms(model, data, images)
-    print(json.dumps(told))
+    result = {"images": images, "triangles": int(sum(len(part) for part in triangles_of(model, moved(model, data, 0))))}
+    result["mujoco_ms"] = mujoco_ms(model, data, images)
+    result["embree_ms"] = embree_ms(model, data, images)
+    print(json.dumps(result))
     return 0
 
 

@@ -2,10 +2,10 @@
 
     stepping.py LAB BUNDLE EXECUTION [TIMES]
 
-EXECUTION is what `tabletopgen execute --scene BUNDLE --out EXECUTION` wrote. Here (`LAB repeat-motion`), MuJoCo (the MJCF of
-the execution, its own options) and PhysX (PyPI `sapien`: the hulls and the robot of its URDF) begin with the same bodies at
-the same poses, and their servos get the recorded targets, each until the next frame, at 500 steps a second. MuJoCo and PhysX
-also say how far from here the moved object ends. Prints one line of JSON.
+EXECUTION is what `tabletopgen execute --scene BUNDLE --out EXECUTION` wrote. Here (`LAB repeat-motion`), MuJoCo (the
+MJCF of the execution, its own options) and PhysX (PyPI `sapien`: the hulls and the robot of its URDF) begin with the
+same bodies at the same poses, and their servos get the recorded targets, each until the next frame, at 500 steps a
+second. MuJoCo and PhysX also say how far from here the moved object ends. Prints one line of JSON.
 """
 
 import json
@@ -27,7 +27,7 @@ STEPS_PER_S = 500
 def main(lab: str, bundle: str, execution: Path, times: int) -> int:
     recording = json.loads((execution / "trajectory.json").read_text())
     verdict = json.loads((execution / "execution.json").read_text())["execution"]
-    told = own(lab, bundle, execution, times)
+    results = own(lab, bundle, execution, times)
     for name, engine in (("mujoco", Mujoco), ("physx", Physx)):
         world = engine(execution, recording, verdict)
         used_s, steps = 0.0, 0
@@ -38,23 +38,23 @@ def main(lab: str, bundle: str, execution: Path, times: int) -> int:
                 world.follow(frame, round(STEPS_PER_S / recording["rate_hz"]))
             used_s += time.process_time() - before
             steps += len(recording["frames"]) * round(STEPS_PER_S / recording["rate_hz"])
-        told[f"{name}_us"] = 1e6 * used_s / steps
-        told[f"{name}_apart_mm"] = 1e3 * apart_m(recording, world)
-    print(json.dumps(told))
+        results[f"{name}_us"] = 1e6 * used_s / steps
+        results[f"{name}_apart_mm"] = 1e3 * apart_m(recording, world)
+    print(json.dumps(results))
     return 0
 
 
 def own(lab: str, bundle: str, execution: Path, times: int) -> dict:
     """Of so many repetitions and one, less those of one: what it takes to begin is left out."""
-    used_s, told = [], []
+    used_s, results = [], []
     for count in (1, 1 + times):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         words = [lab, "repeat-motion", "--bundle", bundle, "--execution", str(execution), "--times", str(count)]
-        told.append(json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout))
+        results.append(json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout))
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         used_s.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-    steps = told[1]["steps"] - told[0]["steps"]
-    return {"steps": told[0]["steps"], "objects": told[0]["objects"], "hulls": told[0]["hulls"],
+    steps = results[1]["steps"] - results[0]["steps"]
+    return {"steps": results[0]["steps"], "objects": results[0]["objects"], "hulls": results[0]["hulls"],
             "own_us": 1e6 * (used_s[1] - used_s[0]) / steps}
 
 

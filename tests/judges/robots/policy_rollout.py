@@ -2,10 +2,10 @@
 
     policy_rollout.py PROGRAM BUNDLE EXECUTION STARTS WEIGHTS [--every FRAMES] [--seconds S] [--only N]
 
-EXECUTION is what `PROGRAM execute --bundle BUNDLE --out EXECUTION` wrote with the robot of the policy: its MJCF is used.
-STARTS is a dataset of the format `parquet-png`: of its episodes only the beginnings are taken, objects with their masses
-and frictions and the joints of the arm. The base stands where it stood in training. What the policy asks for in a frame is
-reached straight within it. Prints one line of JSON for each episode.
+EXECUTION is what `PROGRAM execute --bundle BUNDLE --out EXECUTION` wrote with the robot of the policy: its MJCF is
+used. STARTS is a dataset of the format `parquet-png`: of its episodes only the beginnings are taken, objects with their
+masses and frictions and the joints of the arm. The base stands where it stood in training. What the policy asks for in
+a frame is reached straight within it. Prints one line of JSON for each episode.
 """
 
 import argparse

@@ -2,8 +2,8 @@
 
     policy_rollout_images.py PROGRAM BUNDLE EXECUTION STARTS WEIGHTS DATASET [--every FRAMES] [--seconds S] [--only N]
 
-As policy_rollout.py, but the policy sees MuJoCo's own images, with its own light, floor and sky. The cameras of each start are
-those of the episode of the same number in DATASET, on which the policy was trained. Needs EGL.
+As policy_rollout.py, but the policy sees MuJoCo's own images, with its own light, floor and sky. The cameras of each
+start are those of the episode of the same number in DATASET, on which the policy was trained. Needs EGL.
 """
 
 import argparse
@@ -91,7 +91,8 @@ class ImageRollout(Rollout):
 
 
 def cameras_of(folder: Path, record: dict, policy: ImagePolicy, chain: Chain) -> dict:
-    """Of each camera: its pose in the world, that on the tool if it is mounted there, and the focal length in pixels."""
+    """Of each camera: its pose in the world, that on the tool if it is mounted there, and the focal length in
+    pixels."""
     frames = parquet.read_table(folder / "frames.parquet")
     state = np.array(frames["observation.state"][0].as_py())
     tool = policy.arrays["world_from_base"] @ chain.base_from_tool(state[None, : len(policy.joints)])[0]

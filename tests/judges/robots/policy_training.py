@@ -3,8 +3,9 @@
     policy_training.py DATASET MJCF WEIGHTS [--epochs N] [--episodes N] [--seed N]
 
 DATASET has the format `parquet-png`; MJCF is that of its robot, without the scene. The policy gives, from what is
-observed at a frame (policy_observation.py), what the servos are asked for in each of the next frames. WEIGHTS is written as
-numpy reads it. Prints one line of JSON: loss, frames, CPU seconds, and how many episodes differ in their actions.
+observed at a frame (policy_observation.py), what the servos are asked for in each of the next frames. WEIGHTS is
+written as numpy reads it. Prints one line of JSON: loss, frames, CPU seconds, and how many episodes differ in their
+actions.
 """
 
 import argparse

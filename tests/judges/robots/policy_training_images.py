@@ -2,10 +2,10 @@
 
     policy_training_images.py DATASET MJCF WEIGHTS [--minutes N] [--episodes N] [--seed N]
 
-As policy_training.py, but instead of the objects' poses the policy sees the images of each frame. Training replaces what is behind the
-scene by random colors (with the dataset's instance ids), and changes contrast and colors, since another simulator paints
-the scene in another light. Beside the targets the network learns where the objects stood at first, as a second output that
-is not used later. Training ends after so many CPU minutes.
+As policy_training.py, but instead of the objects' poses the policy sees the images of each frame. Training replaces
+what is behind the scene by random colors (with the dataset's instance ids), and changes contrast and colors, since
+another simulator renders the scene in another light. Beside the targets the network learns where the objects stood at
+first, as a second output that is not used later. Training ends after so many CPU minutes.
 """
 
 import argparse
@@ -53,7 +53,7 @@ def main() -> None:
     places = np.concatenate([np.broadcast_to(one["places"], (len(one["q"]), one["places"].size)) for one in episodes])
     data = Data(chain, episodes, images, masks, places.astype(np.float32), is_held)
     started_s = time.process_time()
-    network, told = trained(data, cameras, 60 * given.minutes)
+    network, result = trained(data, cameras, 60 * given.minutes)
     arrays = {name.replace(".", "_"): array.detach().numpy() for name, array in network.state_dict().items()}
     strides = np.array([stride for _, _, stride in CONVOLUTIONS])
     about = {"joints": np.array(joints), "cameras": np.array(cameras), "strides": strides, "world_from_base": base}
@@ -61,7 +61,7 @@ def main() -> None:
     print(json.dumps({
         "episodes": len(episodes) - len(episodes[::HELD_OUT]), "held_out": len(episodes[::HELD_OUT]),
         "frames": int((~is_held).sum()), "cameras": cameras, "size_px": images.shape[2],
-        "parameters": sum(array.size for array in arrays.values()), **told, "cpu_s": time.process_time() - started_s,
+        "parameters": sum(array.size for array in arrays.values()), **result, "cpu_s": time.process_time() - started_s,
     }))
 
 

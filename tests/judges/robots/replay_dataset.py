@@ -1,12 +1,12 @@
-"""MuJoCo repeats recorded episodes from their servo commands or actions alone, and the program decides the tasks in its poses.
+"""MuJoCo repeats recorded episodes from their servo commands or actions alone, and the program decides the tasks in its
+poses.
 
     replay_dataset.py PROGRAM BUNDLE EXECUTION DATASET [COLUMN]
 
-EXECUTION is what `PROGRAM execute --bundle BUNDLE --out EXECUTION` wrote with the robot of the dataset: its MJCF is used.
-DATASET has the format `parquet-png`. Base, objects, masses and frictions are those of the episode's record; the servos get
-the recorded numbers of COLUMN (`servo_command`, or `action`), each reached straight within a frame; nothing else is
-replayed. Prints one line of JSON for each
-episode, and ends with exit code 0 whatever MuJoCo found.
+EXECUTION is what `PROGRAM execute --bundle BUNDLE --out EXECUTION` wrote with the robot of the dataset: its MJCF is
+used. DATASET has the format `parquet-png`. Base, objects, masses and frictions are those of the episode's record; the
+servos get the recorded numbers of COLUMN (`servo_command`, or `action`), each reached straight within a frame; nothing
+else is replayed. Prints one line of JSON for each episode, and ends with exit code 0 whatever MuJoCo found.
 """
 
 import json

@@ -2,9 +2,9 @@
 
     replay_grasps.py ROBOT_XML SCENE_XML LINES
 
-LINES and ROBOT_XML are what `tabletopgen-lab grasp-trials` printed and wrote, SCENE_XML is `mjcf/scene.xml` of the bundle.
-The hand hangs on three slides; the object stands alone on a plane. Prints one line of JSON for each object: of each
-trial the recorded verdict, MuJoCo's, and the slip in MuJoCo.
+LINES and ROBOT_XML are what `tabletopgen-lab grasp-trials` printed and wrote, SCENE_XML is `mjcf/scene.xml` of the
+bundle. The hand hangs on three slides; the object stands alone on a plane. Prints one line of JSON for each object: of
+each trial the recorded verdict, MuJoCo's, and the slip in MuJoCo.
 """
 
 import json
@@ -17,7 +17,8 @@ import numpy as np
 # As in the trials (crates/manipulation/src/grasp/trial.rs).
 HOLDING_SHARE, SETTLE_S, MAX_CLOSING_S, EXTRA_WAY_M, LOST_M = 0.3, 0.15, 0.8, 0.005, 0.05
 PLANE_FRICTION = [0.5, 0.005, 0.0001]
-# The slides are moved, not driven: MuJoCo's solver does not see the damping of stiff servos. So heavy, nothing moves them.
+# The slides are moved, not driven: MuJoCo's solver does not see the damping of stiff servos. So heavy, nothing moves
+# them.
 SLIDE_KG, SLIDE_ARMATURE_KG = 1.0, 1e6
 AXES = {"x": [1, 0, 0], "y": [0, 1, 0], "z": [0, 0, 1]}
 
@@ -109,7 +110,8 @@ class Hand:
         mujoco.mj_forward(self.model, self.data)
 
     def step(self, force_n: float) -> None:
-        """The target closes with the wanted speed and leads the fingers by what the force needs (execution/fingers.rs)."""
+        """The target closes with the wanted speed and leads the fingers by what the force needs
+        (execution/fingers.rs)."""
         ratio = self.header["opening_per_position"]
         joint = self.model.joint(self.header["gripper_joint"]).id
         opening_m = ratio * self.data.qpos[self.model.jnt_qposadr[joint]]

@@ -1,4 +1,5 @@
-"""Independent programs read what `tabletopgen execute --out FOLDER --video` wrote: the robot in the scene, and the motion.
+"""Independent programs read what `tabletopgen execute --out FOLDER --video` wrote: the robot in the scene, and the
+motion.
 
     scene_files.py FOLDER
 

@@ -1,6 +1,7 @@
 """A thousand scenes of ten descriptions in one batch, five times killed; and the dataset that is frozen of them.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.batches [--target-dir target] [--seeds 100] [--kills 5] [--seed 34]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.batches [--target-dir target] [--seeds 100] [--kills 5] \\
+        [--seed 34]
 
 Needs about 20 MB of disk for each scene. The dataset is verified by the program, searched for leaks by
 `python/tabletopgen_checks/bars/batches/leaks.py`, and streamed with PyPI `webdataset`.

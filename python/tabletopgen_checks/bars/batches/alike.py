@@ -15,8 +15,8 @@ def read(path: Path) -> dict:
 
 
 def nearest_mm(scenes: list) -> float:
-    """The smallest distance of two scenes of one text: the mean distance between the places of the objects of the same name,
-    in millimeters. Scenes with different objects are not compared."""
+    """The smallest distance of two scenes of one text: the mean distance between the places of the objects of the same
+    name, in millimeters. Scenes with different objects are not compared."""
     groups = defaultdict(list)
     for scene in scenes:
         places = {instance["name"]: (instance["category"], instance["translation_m"]) for instance in scene["instances"]}

@@ -1,6 +1,7 @@
 """The guarantees of the service under failures, on both stores.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.reliability [--target-dir target] [--only kills,pauses] [--kills 50] ...
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.reliability [--target-dir target] [--only kills,pauses] \\
+        [--kills 50] ...
 
 Each part measures one promise with a count that can be made smaller. What it finds is kept in
 docs/results/reliability.json with the command and the commit, and the page docs/results/reliability.md is made of all

@@ -38,8 +38,8 @@ CLEAR = (503, 507)
 
 
 @dataclass
-class Asked:
-    """What requests were answered with during a fault."""
+class Responses:
+    """Responses to the requests of a fault: counts by status and code, accepted jobs, and the longest time."""
 
     statuses: Counter = field(default_factory=Counter)
     codes: Counter = field(default_factory=Counter)
@@ -55,7 +55,7 @@ class Asking(threading.Thread):
 
     def __init__(self, api, first: int, made):
         super().__init__(daemon=True)
-        self.api, self.number, self.made, self.asked, self.over = api, first, made, Asked(), threading.Event()
+        self.api, self.number, self.made, self.asked, self.over = api, first, made, Responses(), threading.Event()
 
     def run(self):
         while not self.over.wait(ASK_SECONDS):
@@ -82,7 +82,7 @@ class Asking(threading.Thread):
         self.asked.longest_seconds = max(self.asked.longest_seconds, time.monotonic() - began)
         return status, content
 
-    def finish(self) -> Asked:
+    def finish(self) -> Responses:
         self.over.set()
         self.join(4 * MAX_ANSWER_SECONDS)
         return self.asked

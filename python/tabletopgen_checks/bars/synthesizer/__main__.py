@@ -2,7 +2,8 @@
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.synthesizer [--target-dir target] [--layouts 20]
 
-The page is docs/results/synthesizer.md. `make bars BARS=editing` measures this, too. No layout begins after seven minutes.
+The page is docs/results/synthesizer.md. `make bars BARS=editing` measures this, too. No layout begins after seven
+minutes.
 """
 
 from tabletopgen_checks.bars.page import arguments

@@ -2,11 +2,12 @@
 
     python place.py [--bundle BUNDLE] --poses upright|stable --seed N
 
-The objects are the collision hulls of the bundle, in the order of scene.json; the support is a solid as high as the table
-with the outline of its top. `upright` turns objects about the vertical only; `stable` samples the package's stable poses,
-about the center of mass that scene.json states. Everything else is the package's default: uniform positions, 2 cm from
-the edge, 2 mm above the table and from each other, 100 tries per object. Prints one JSON object: CPU seconds of the parts,
-and `world_from_object` (4x4, meters, z up) of what was placed. Without a bundle it only imports.
+The objects are the collision hulls of the bundle, in the order of scene.json; the support is a solid as high as the
+table with the outline of its top. `upright` turns objects about the vertical only; `stable` samples the package's
+stable poses, about the center of mass that scene.json states. Everything else is the package's default: uniform
+positions, 2 cm from the edge, 2 mm above the table and from each other, 100 tries per object. Prints one JSON object:
+CPU seconds of the parts, and `world_from_object` (4x4, meters, z up) of what was placed. Without a bundle it only
+imports.
 """
 
 import argparse

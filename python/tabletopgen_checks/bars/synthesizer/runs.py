@@ -50,7 +50,8 @@ class Run:
 
 
 def placements(binary: Path, target: Path, folder: Path, layouts: int) -> list:
-    """All runs with their findings, of fewer layouts where the time is up. The judges start when all times are taken."""
+    """All runs with their findings, of fewer layouts where the time is up. The judges start when all times are
+    taken."""
     setup = start_setup(target / "judges")
     python = environment_of(target, "synthesizer", PINS) / "bin/python"
     finish_setup(setup)

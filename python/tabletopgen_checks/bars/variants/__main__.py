@@ -1,6 +1,7 @@
 """Variants: each keeps what the text states, passes and stays at rest, and no two are alike.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.variants [--target-dir target] [--parents 8] [--variants 6] [--seed 34]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.variants [--target-dir target] [--parents 8] [--variants 6] \\
+        [--seed 34]
 
 Parents are of texts with relations, and of synthetic images. Every axis varies at once. `bars/variants/kept.py` judges
 the bundles by code that shares nothing with the program; MuJoCo simulates each for five seconds.
