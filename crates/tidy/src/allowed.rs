@@ -47,6 +47,21 @@ pub const ALLOWED: &[Allowed] = &[
         words: &["picture"],
         reason: "the picture frame is an object",
     },
+    Allowed {
+        path: "python/tabletopgen_checks/bars/references.py",
+        words: &["pictures"],
+        reason: "the name of a command line option",
+    },
+    Allowed {
+        path: "python/tabletopgen_checks/golden/dinov2.py",
+        words: &["picture"],
+        reason: "part of the names of tensors in the golden file",
+    },
+    Allowed {
+        path: "python/tabletopgen_checks/service/postgres.py",
+        words: &["nobody"],
+        reason: "a user of Unix systems",
+    },
 ];
 
 /// Exceptions for string literals and documents.
@@ -110,6 +125,26 @@ pub const ALLOWED_IN_TEXTS: &[Allowed] = &[
         path: "crates/tidy/src/allowed.rs",
         words: &["knob", "paint", "painter", "painting", "picture"],
         reason: "the reasons above name these objects",
+    },
+    Allowed {
+        path: "python/tabletopgen_checks/bars/batches/__main__.py",
+        words: &["picture"],
+        reason: "a text of the batch: the picture frame is an object",
+    },
+    Allowed {
+        path: "python/tabletopgen_checks/bars/references.py",
+        words: &["pictures"],
+        reason: "the name of a command line option",
+    },
+    Allowed {
+        path: "python/tabletopgen_checks/bars/reliability/plot.py",
+        words: &["middle"],
+        reason: "a value of the SVG attribute `text-anchor`",
+    },
+    Allowed {
+        path: "python/tabletopgen_checks/service/postgres.py",
+        words: &["nobody"],
+        reason: "a user of Unix systems",
     },
 ];
 

@@ -16,6 +16,7 @@ const FOLDERS: &[&str] = &[
     "examples",
     "fuzz",
     "migrations",
+    "python",
     "schemas",
     "scripts",
     "src",

@@ -24,7 +24,8 @@ pub fn opening_findings(source: &Source) -> Option<String> {
 }
 
 pub fn name_findings(source: &Source) -> Option<String> {
-    let mut parts = source.path.trim_end_matches(".rs").split('/');
+    let name = source.path.rsplit_once('.').map_or(source.path.as_str(), |(name, _)| name);
+    let mut parts = name.split('/');
     let vague = parts.any(|part| VAGUE_NAMES.contains(&part));
     vague.then(|| format!("{}: the name does not state the content; name.rs, not mod.rs", source.path))
 }

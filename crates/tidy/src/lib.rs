@@ -13,6 +13,7 @@
 
 // What the checks read.
 pub mod lexer;
+pub mod python_lexer;
 pub mod test_code;
 pub mod source;
 pub mod paths;

@@ -4,9 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::lexer::{CommentLine, Token, lex};
+use crate::python_lexer;
 use crate::test_code::without_tests;
 
-/// One Rust or WGSL file.
+/// One Rust, WGSL or Python file.
 #[derive(Clone, Debug)]
 pub struct Source {
     /// Relative to the repository, with `/`.
@@ -26,7 +27,7 @@ impl Source {
     }
 
     fn with_test_modules(path: &str, text: &str) -> (Self, Vec<String>) {
-        let lexed = lex(text);
+        let lexed = if is_python(path) { python_lexer::lex(text) } else { lex(text) };
         let (shipped, test_modules) = without_tests(&lexed.tokens);
         let source = Self {
             path: path.to_owned(),
@@ -34,7 +35,7 @@ impl Source {
             tokens: lexed.tokens,
             comments: lexed.comments,
             shipped,
-            is_test: !is_below_src(path),
+            is_test: if is_python(path) { is_python_test(path) } else { !is_below_src(path) },
         };
         (source, test_modules)
     }
@@ -81,6 +82,16 @@ fn is_below_src(path: &str) -> bool {
     path.starts_with("src/") || (path.starts_with("crates/") && path.split('/').nth(2) == Some("src"))
 }
 
+fn is_python(path: &str) -> bool {
+    path.ends_with(".py")
+}
+
+/// Modules of unit tests. The judges below `tests/` are programs, whose messages people read.
+fn is_python_test(path: &str) -> bool {
+    let name = path.rsplit('/').next().unwrap_or_default();
+    path.starts_with("python/tabletopgen_checks/tests/") || name.starts_with("test_")
+}
+
 /// The folder of the repository. Cargo tells it at run time: a program in a shared target directory may have been built
 /// from another clone.
 pub fn root() -> PathBuf {
@@ -99,7 +110,7 @@ pub fn tree() -> Vec<Source> {
 pub fn folders() -> Vec<PathBuf> {
     let parts = ["src", "tests", "benches", "examples"];
     let mut folders: Vec<PathBuf> = parts.iter().map(PathBuf::from).collect();
-    folders.push(PathBuf::from("fuzz/fuzz_targets"));
+    folders.extend(["fuzz/fuzz_targets", "python", "docker", "training"].map(PathBuf::from));
     let packages = packages().into_iter().map(|package| Path::new("crates").join(package));
     folders.extend(packages.flat_map(|package| parts.map(|part| package.join(part))));
     folders
@@ -143,7 +154,8 @@ pub fn sources_below(paths: &[PathBuf]) -> Vec<Source> {
 
 fn collect(path: &Path, files: &mut Vec<PathBuf>) {
     if path.is_file() {
-        if path.extension().is_some_and(|extension| extension == "rs" || extension == "wgsl") {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        if matches!(extension, Some("rs" | "wgsl" | "py")) {
             files.push(path.to_owned());
         }
         return;

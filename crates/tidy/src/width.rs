@@ -1,4 +1,4 @@
-//! The width of comment lines. rustfmt keeps the width of code and leaves comments as they are.
+//! The width of comment lines. rustfmt and ruff keep the width of code and leave comments as they are.
 
 use crate::source::Source;
 use crate::{Finding, Rule};

@@ -1,8 +1,8 @@
 //! Words that the tree avoids, because a standard term is more exact.
 //!
-//! Identifiers are split into segments (`snake_case`, `CamelCase`); comments, documents and string literals of shipped
-//! code into whole words. Literals of one or two words are free: they are names and the vocabulary of texts.
-//! `allowed.rs` lists where a word is the standard term.
+//! Identifiers are split into segments (`snake_case`, `CamelCase`); comments, docstrings of Python, documents and
+//! string literals outside tests into whole words. Literals of one or two words are free: they are names and the
+//! vocabulary of texts. `allowed.rs` lists where a word is the standard term or part of an input.
 
 mod list;
 mod text;

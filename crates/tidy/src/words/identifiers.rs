@@ -10,6 +10,7 @@ const TERMS: &[[&str; 2]] = &[
     ["look", "ahead"],
     ["look", "at"],
     ["look", "up"],
+    ["most", "common"],
 ];
 
 /// The banned segments of an identifier, in lower case.

@@ -8,10 +8,11 @@ const BANNED: &[&str] = &[
     "Wear",
 ];
 
-/// Declared structs, enums, unions, traits and aliases with a banned name, and their lines. Variants may have one.
+/// Declared structs, enums, unions, traits, aliases and classes with a banned name, and their lines. Variants may have
+/// one.
 pub fn declared_participles(tokens: &[Token]) -> impl Iterator<Item = (&str, usize)> {
     let declarations = tokens.windows(2).filter(|pair| {
-        matches!(pair[0].text.as_str(), "struct" | "enum" | "union" | "trait" | "type")
+        matches!(pair[0].text.as_str(), "struct" | "enum" | "union" | "trait" | "type" | "class")
             && BANNED.contains(&pair[1].text.as_str())
     });
     declarations.map(|pair| (pair[1].text.as_str(), pair[1].line))

@@ -11,6 +11,7 @@ mod import_table;
 mod file_forms;
 mod budgets;
 mod scanner;
+mod python_scanner;
 mod import_reader;
 mod word_reader;
 mod doc_openings;
