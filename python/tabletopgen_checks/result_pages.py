@@ -1,7 +1,8 @@
 """The age of the pages of results: the commits that they were measured at, and what changed since then.
 
-A page, or a section of it, states "at commit COMMIT on DAY" for what was measured; commits in other words are only mentioned.
-The last line of a page names the files and folders that decide its figures: "Depends on `crates/physics`, `src/pipeline`."
+A page, or a section of it, states "at commit COMMIT on DAY" for what was measured; commits in other words are only
+mentioned. The last line of a page names the files and folders that decide its figures: "Depends on `crates/physics`,
+`src/pipeline`."
 """
 
 import functools
@@ -53,7 +54,8 @@ def is_known(commit: str) -> bool:
 
 @functools.cache
 def files_changed(commit: str) -> list:
-    """(lines added and removed, name, earlier name) of every file that differs from that commit; binary files have no lines.
+    """(lines added and removed, name, earlier name) of every file that differs from that commit; binary files have no
+    lines.
 
     The whole tree is compared, so that a file that was moved into a folder is not counted as new there.
     """
@@ -76,7 +78,8 @@ def changed_since(commit: str, paths: list) -> tuple:
 
 
 def rows() -> list:
-    """The oldest measurement of each page or section, how many commits are named there, and what changed since; the oldest first.
+    """The oldest measurement of each page or section, how many commits are named there, and what changed since; the
+    oldest first.
 
     What changed is None where the commit is not in this clone.
     """

@@ -20,8 +20,8 @@ from left_out import LEFT_OUT
 from verdict import Verdict
 
 JUDGES = ["schema", "report", "usd", "robotics_prop", "mjcf", "urdf", "bullet", "sdf", "glb", "marks", "collisions", "readme"]
-# They simulate scenes in Drake and PyBullet, which take up to a minute of CPU for a second. Rest is not promised there, so
-# a few steps show whether the scene can be simulated; `bars/rest.py` measures five seconds.
+# They simulate scenes in Drake and PyBullet, which take up to a minute of CPU for a second. Rest is not promised there,
+# so a few steps show whether the scene can be simulated; `bars/rest.py` measures five seconds.
 SLOW = ("sdf", "bullet")
 
 
