@@ -19,7 +19,7 @@ use scene::text_account::TextAccount;
 use scene::{Input, InstanceId, SceneDescription, SceneRequest};
 use store::Digest;
 
-pub const STAGE: Stage = Stage { name: "reference", version: 15 };
+pub const STAGE: Stage = Stage { name: "reference", version: 16 };
 
 /// Largest side of the reference image, pixels; larger images are reduced, smaller ones stay.
 const MAX_SIDE_PX: u32 = 1280;

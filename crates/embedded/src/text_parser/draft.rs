@@ -89,6 +89,8 @@ pub(super) struct DraftObject<'c> {
     pub yaw_rad: Option<f64>,
     pub position_m: Option<DVec2>,
     pub state: Option<String>,
+    /// The object whose shape it has, of a set.
+    pub shape_of: Option<usize>,
     pub relations: Vec<DraftRelation>,
 }
 
@@ -139,6 +141,7 @@ impl<'a, 'c> Draft<'a, 'c> {
             yaw_rad: None,
             position_m: None,
             state: None,
+            shape_of: None,
             relations: Vec::new(),
         });
         self.objects.len() - 1
@@ -208,7 +211,8 @@ impl<'a, 'c> Draft<'a, 'c> {
         self.objects
             .into_iter()
             .map(|object| ObjectSpec {
-                seed: child_seed(self.seed, object.id.as_str()) & MAX_SEED,
+                seed: child_seed(self.seed, id(object.shape_of).as_ref().unwrap_or(&object.id).as_str())
+                    & MAX_SEED,
                 category: object.kind.category.name.clone(),
                 id: object.id,
                 label: object.label,

@@ -78,7 +78,7 @@ pub(super) fn size(draft: &mut Draft) -> Vec<usize> {
             object.attributes.mass_kg = None;
         }
     }
-    largest_at_the_bottom(draft);
+    make_stacks_stable(draft);
     containers_hold_their_contents(draft);
     carriers_show_below_what_lies_on_them(draft);
     out_of_range
@@ -202,8 +202,9 @@ fn enclosing_circle(count: usize) -> f64 {
     KNOWN.get(count).copied().unwrap_or_else(|| 1.17 * (count as f64).sqrt())
 }
 
-/// Sorts stacks so that larger objects are below.
-fn largest_at_the_bottom(draft: &mut Draft) {
+/// Sorts stacks so that larger objects are below. Vessels that are stacked are a set of one shape: a foot that is as
+/// wide as the rim below stands on it, another one tips over it or falls inside.
+fn make_stacks_stable(draft: &mut Draft) {
     for bottom in 0..draft.objects.len() {
         let mut pile = vec![bottom];
         while let Some(next) = (0..draft.objects.len()).find(|&o| {
@@ -219,8 +220,16 @@ fn largest_at_the_bottom(draft: &mut Draft) {
         }
         let mut sizes: Vec<_> = pile.iter().map(|&o| draft.objects[o].size_m).collect();
         sizes.sort_by(|a, b| (b.x * b.y).total_cmp(&(a.x * a.y)));
-        for (&object, size) in pile.iter().zip(sizes) {
-            draft.objects[object].size_m = size;
+        let are_open = pile.iter().all(|&object| {
+            let attributes = &draft.objects[object].attributes;
+            let is_scaled = (attributes.scale - 1.0).abs() > 1e-9 || !attributes.stretches.is_empty();
+            !is_scaled && attributes.measures.is_empty() && attributes.volume_m3.is_none()
+        });
+        let is_set = are_open && draft.category(bottom).group == "vessel";
+        for (&object, size) in pile.iter().zip(&sizes) {
+            let object = &mut draft.objects[object];
+            object.size_m = if is_set { sizes[0] } else { *size };
+            object.shape_of = is_set.then_some(bottom);
         }
     }
 }

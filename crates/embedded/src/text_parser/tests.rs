@@ -174,6 +174,24 @@ fn describe_keeps_mug_size_in_range_with_spoon_inside() {
 }
 
 #[test]
+fn stacked_vessels_are_a_set_of_one_shape_unless_their_sizes_are_stated() {
+    let shapes = |text: &str, seed: u64| {
+        let description = describe_seed(text, seed);
+        let is_mug = |object: &&scene::ObjectSpec| object.category == "mug";
+        let mugs = description.objects.into_iter().filter(|object| is_mug(&object));
+        mugs.map(|mug| (mug.size_m, mug.seed)).collect::<Vec<_>>()
+    };
+    for seed in 0..20 {
+        let set = shapes("A stack of three mugs", seed);
+        assert!(set.len() == 3 && set.iter().all(|shape| *shape == set[0]), "seed {seed}: {set:?}");
+        let apart = shapes("Three mugs", seed);
+        assert!(apart[0] != apart[1] && apart[1] != apart[2], "seed {seed}: {apart:?}");
+        let stated = shapes("A small mug stacked on a large mug", seed);
+        assert!(stated.len() == 2 && stated[0] != stated[1], "seed {seed}: {stated:?}");
+    }
+}
+
+#[test]
 fn plate_shows_below_a_pizza_and_keeps_its_size_below_an_apple_or_as_stated() {
     let size_of = |text: &str, seed: u64, name: &str| {
         let description = describe_seed(text, seed);
