@@ -40,7 +40,7 @@ use runtime::CpuPool;
 use store::queue::control::QueueControl;
 use store::{Intent, Store, StoreError};
 
-/// The use cases of a process; cloning shares them.
+/// The use cases of a process, each a method in the file of its subject; cloning shares them.
 #[derive(Clone, Debug)]
 pub struct App {
     resolved: Arc<Resolved>,

@@ -22,8 +22,8 @@ pub struct Answer {
     pub media_type: &'static str,
 }
 
-/// The execution of a stored order in the scene of an archive. It computes for seconds, so it blocks:
-/// `App::execute_stored`.
+/// The execution of a stored order in the scene of an archive. It computes for seconds, so it blocks. `service::worker`
+/// passes `App::execute_stored` of `app::executions`.
 pub type Execute = Arc<dyn Fn(&[u8], &Value) -> Result<Answer, Problem> + Send + Sync>;
 
 /// Executes tasks.

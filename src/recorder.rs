@@ -46,8 +46,8 @@ pub struct Preparation {
     pub keeps_failures: bool,
 }
 
-/// Prepares attempts in the scene of an archive, for a stored order. It computes for seconds, so it blocks:
-/// `App::prepare_recording`.
+/// Prepares attempts in the scene of an archive, for a stored order. It computes for seconds, so it blocks.
+/// `service::worker` passes `App::prepare_recording` of `app::episodes`.
 pub type Prepare = Arc<dyn Fn(&[u8], &Value) -> Result<Preparation, Problem> + Send + Sync>;
 
 /// A preparation with the digest of everything that attempts depend on.

@@ -1,4 +1,6 @@
 //! A valid submission becomes a scene with a job, once for each idempotency key; the answer is the scene.
+//!
+//! `worker::Worker::run` claims the job.
 
 use std::time::Duration;
 

@@ -11,7 +11,7 @@ use scene::SceneId;
 use scene::job::SceneState;
 use store::scenes::SceneRow;
 
-/// The stored bundle of a scene.
+/// The stored bundle of a scene, whose row is in `store::artifacts`.
 ///
 /// # Errors
 ///

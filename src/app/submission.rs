@@ -24,7 +24,7 @@ pub struct SceneOrder {
     pub terms: Terms,
 }
 
-/// A submission that may be enqueued.
+/// A submission that may be enqueued. `App::submission` in `app::terms` makes it, for every kind of request.
 #[derive(Debug)]
 pub struct Submission {
     pub request: SceneRequest,

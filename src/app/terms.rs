@@ -64,7 +64,8 @@ impl Terms {
 }
 
 impl App {
-    /// The submission of a source on terms that must be valid.
+    /// The submission of a source on terms that must be valid. The settings of its options are checked by
+    /// `App::violations` in `app::pipeline`.
     ///
     /// # Errors
     ///

@@ -12,6 +12,8 @@ use store::Digest;
 
 /// Shared by all stages of one job.
 pub struct StageResources {
+    /// The adapters of the configuration, from `app::pipeline::build_pipeline`: those of `embedded::ports`, and remote
+    /// ones of `app::remote`.
     pub ports: Ports,
     /// Compute device. Its kind changes results: stages that use it have its name in their inputs.
     pub compute: Arc<Compute>,

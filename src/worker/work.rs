@@ -15,7 +15,8 @@ use crate::pipeline::error::StageError;
 use scene::job::JobKind;
 use store::queue::{AttemptOutcome, Claim, ClaimedWork};
 
-/// Carries out jobs of some kinds.
+/// Carries out jobs of some kinds: `worker::build::SceneBuilder`, `freezer::Freezer`, `recorder::Recorder` and
+/// `executor::Executor`, which `service::worker` and `app::worker` give to the worker.
 pub trait Work: Send + Sync {
     /// The kinds of jobs that it carries out.
     fn kinds(&self) -> &'static [JobKind];

@@ -1,4 +1,5 @@
-//! Attempts until there are enough episodes, by several workers, and the dataset of them.
+//! Attempts until there are enough episodes, by several workers, and the dataset of them: for the command line. On a
+//! server the module `recorder` does that, with jobs.
 //!
 //! Attempts are numbered; the dataset has the first so many that succeed. How many workers there were, when it was
 //! stopped and went on, and which attempts beyond the last were made, leaves no trace in it.
