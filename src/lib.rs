@@ -12,7 +12,7 @@
 //! assert!(resolved.config.server.max_image_pixels > 0);
 //! ```
 
-// What an operator starts: typed settings, the wiring, the commands.
+// What an operator starts: typed settings, use cases and the wiring, the server, the commands.
 pub mod config;
 pub mod app;
 pub mod service;

@@ -1,7 +1,8 @@
 //! The product on one screen: a request passes through the stages and becomes a certified bundle.
 //!
-//! [`run_stages`] lists every stage in order; each stage is one file below. A stage is a plain function of the struct
-//! it receives; [`checkpoint`] finds its stored result or computes and commits it.
+//! [`run_stages`] lists the stages in order, `robot_trial` those of a robot, [`edit`] those of an edit; each stage is
+//! one file below. A stage is a plain function of the struct it receives; [`checkpoint`] finds its stored result or
+//! computes and commits it.
 
 pub mod checkpoint;
 pub mod error;

@@ -2,8 +2,8 @@
 //!
 //! Each attempt of a recording is a job ([`attempts`]), so any number of processes work on one recording, and a process
 //! that dies costs the attempts that it was making. What attempts share takes seconds to find; a process does that once
-//! for a recording. When enough have succeeded, one job assembles the dataset in a work folder, and stores it
-//! ([`assembly`]).
+//! for a recording. When enough have succeeded, or no more are allowed, one job assembles the dataset in a work
+//! folder, and stores it ([`assembly`]); it fails where too few have succeeded.
 
 mod assembly;
 mod attempts;

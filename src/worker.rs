@@ -1,4 +1,5 @@
-//! The worker: claim a job, carry it out, finish it. Every kind of background work is a job (see [`work`]).
+//! The worker: claim a job, carry it out, finish it. Everything that a request leaves for later is a job
+//! (see [`work`]).
 //!
 //! Every process start is a new owner. While a job runs, the heartbeat (a thread of its own, so no
 //! computation can starve it) extends the lease, hears of cancellations, deadlines and lost leases, and

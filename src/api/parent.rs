@@ -1,4 +1,4 @@
-//! The finished scene that another is made from.
+//! The finished scene that another is made from, or in which robots do tasks.
 
 use futures::TryStreamExt;
 use tokio::sync::OwnedSemaphorePermit;

@@ -1,4 +1,5 @@
-//! Images from outside: PNG, JPEG or WebP by their first bytes. What the sender calls them must not contradict these.
+//! Images from outside: PNG, JPEG or WebP by their first bytes. The media type of a data URI must not contradict these
+//! (`api::data_uri`); that of a file in a form is not read.
 //!
 //! Dimensions are read from the header and checked before anything is decoded; then the whole image is
 //! decoded once under memory limits, so that a broken file is refused here and not in a job.

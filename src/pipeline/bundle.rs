@@ -1,4 +1,4 @@
-//! Stage 12: what is in the certified archive, checked against its manifest, becomes the scene that is
+//! Stage `bundle`: what is in the certified archive, checked against its manifest, becomes the scene that is
 //! served.
 
 use std::sync::Arc;

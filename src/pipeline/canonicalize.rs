@@ -1,4 +1,4 @@
-//! Stage 6, for each instance: the mesh upright, facing its front, at its commonsense size, seated on the
+//! Stage `canonicalize`, for each instance: the mesh upright, facing its front, at its commonsense size, seated on the
 //! origin.
 
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Stage 11: the certificate. What was built is measured (collisions, support, stability, containment,
+//! Stage `certify`: the certificate. What was built is measured (collisions, support, stability, containment,
 //! likeness to the image), rendered, rated by a model where that is wanted, written in every format and read back.
 
 pub(super) mod plausibility;

@@ -1,4 +1,4 @@
-//! Stage 4, for each instance: a clean image of it, without what hides it.
+//! Stage `complete`, for each instance: a clean image of it, without what hides it.
 
 use std::sync::Arc;
 

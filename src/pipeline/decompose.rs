@@ -1,4 +1,4 @@
-//! Stage 7, for each instance and the table: convex hulls that cover the mesh and leave its cavities open.
+//! Stage `decompose`, for each instance and the table: convex hulls that cover the mesh and leave its cavities open.
 
 use std::sync::Arc;
 

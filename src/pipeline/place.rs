@@ -1,6 +1,6 @@
-//! Stage 9: the metric layout. The top view gives one box per object; the alignment turns boxes, yaws and commonsense
-//! sizes into places and scales; each object is then let down onto what carries it, what is in a container as its box
-//! says that it leans.
+//! Stage `place`: the metric layout. The top view gives one box per object; the alignment turns boxes, yaws and
+//! commonsense sizes into places and scales; each object is then let down onto what carries it, what is in a container
+//! as its box says that it leans.
 
 pub mod layout;
 

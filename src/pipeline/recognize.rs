@@ -1,4 +1,4 @@
-//! Stage 2: what the image shows: camera, table, objects with their commonsense sizes, and what stands
+//! Stage `recognize`: what the image shows: camera, table, objects with their commonsense sizes, and what stands
 //! on what. The text beside an image is described first; the stage searches for the objects that it names.
 
 mod text_beside_image;

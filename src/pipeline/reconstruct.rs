@@ -1,4 +1,4 @@
-//! Stage 5, for each instance and the table: a textured mesh of it.
+//! Stage `reconstruct`, for each instance and the table: a textured mesh of it.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! Stage 1: the reference image. A text is described by the analyst and rendered by the image generator; a
-//! image of the user's is the reference image itself.
+//! Stage `reference`: the reference image. A text is described by the analyst and rendered by the image generator; an
+//! image of the user's is the reference image itself, reduced where it is large.
 
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Stage 10: from the aligned poses to poses that hold, then gravity; the rest pose is the scene's.
+//! Stage `resolve`: from the aligned poses to poses that hold, then gravity; the rest pose is the scene's.
 
 mod relaxation;
 

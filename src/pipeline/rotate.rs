@@ -1,4 +1,4 @@
-//! Stage 8, for each instance: its yaw, by the rotation optimizer.
+//! Stage `rotate`, for each instance: its yaw, by the rotation optimizer.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Stage 3: the pixels of each recognized object in the reference image.
+//! Stage `segment`: the pixels of each recognized object in the reference image.
 //!
 //! Masks that a model drew are regrown to the edges the image shows ([`mask_repair`]).
 

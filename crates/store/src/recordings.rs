@@ -2,9 +2,10 @@
 //!
 //! A row is one order with its request, which the store does not interpret. Its attempts are numbered, and each is a
 //! job (see [`crate::queue`]) whose result is kept ([`attempts`]), so that any number of processes work on one
-//! recording and none loses more than the attempts that it was making. When enough have succeeded and none is being
-//! made, one more job assembles the dataset ([`dataset`]). Which jobs there are is decided in [`schedule`]; they are
-//! dropped with the attempts when the recording ends. Events state what happens ([`events`]), and stay.
+//! recording and none loses more than the attempts that it was making. When enough have succeeded, or no more are
+//! allowed, and none is being made, one more job assembles the dataset ([`dataset`]). Which jobs there are is decided
+//! in [`schedule`]; they are dropped with the attempts when the recording ends. Events state what happens ([`events`]),
+//! and stay.
 
 mod attempts;
 mod schedule;
