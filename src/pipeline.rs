@@ -24,6 +24,7 @@ pub mod grasp;
 pub mod rehearse;
 mod robot_trial;
 pub mod preview;
+mod scene_identity;
 pub mod certify;
 pub mod bundle;
 pub mod composition;
@@ -50,6 +51,7 @@ use render::RenderSettings;
 use resources::StageResources;
 use scene::text_account::TextAccount;
 use scene::{Input, Recognition, SceneRequest, SupportTree};
+use scene_identity::SceneIdentity;
 use store::artifacts::BuiltScene;
 
 /// Resources of a stage function besides its inputs.
@@ -201,7 +203,7 @@ async fn run_stages(
 ) -> Result<Reached, StageError> {
     let request = Arc::new(request.without_budget());
     let ports = stages.services().ports.clone();
-    let identity = certify::SceneIdentity::new(&request, &ports, &settings)?;
+    let identity = SceneIdentity::new(&request, &ports, &settings)?;
 
     let alone = until == Until::ObjectsAlone;
     let inputs = reference::Inputs::new(&request, &ports, alone);

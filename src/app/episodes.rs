@@ -18,6 +18,7 @@ use super::activity::{Watch, staged, unwatched};
 use super::executions::meshes::scene_meshes;
 use super::executions::{bundle_of, task_of, task_scene};
 use super::grasps::known_grasps;
+use super::tasks::robot_named;
 use crate::config::Resolved;
 use crate::pipeline::task_scene::BundleScene;
 use crate::problem::{FieldError, Problem, ProblemType};
@@ -66,8 +67,7 @@ pub fn setup(
 ) -> Result<Setup, Problem> {
     order.check()?;
     let bundle = bundle_of(archive)?;
-    let robot = Robot::built_in(&order.robot, None)
-        .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
+    let robot = robot_named(&order.robot)?;
     let mut parts = parts_of(archive, &bundle)?;
     let works = works(&bundle, &parts.scene, &robot, order, resolved, watch)?;
     let cameras = cameras(order, &works[0], &parts.scene);

@@ -1,27 +1,23 @@
-//! The pipeline as the worker takes it, and the check of a request's own settings.
+//! The pipeline as the worker takes it: which adapter answers which port, and the settings of its stages.
 
 use std::sync::Arc;
 
 use futures::FutureExt;
 
 use super::features::Features;
+use super::network;
 use super::remote::Remote;
-use super::{App, network};
 use crate::config::{Config, ConfigErrors, Resolved};
 use crate::pipeline;
 use crate::pipeline::Settings;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resources::StageResources;
-use crate::problem::FieldError;
 use crate::worker::{BuildScene, JobContext};
+use embedded::EmbeddedSettings;
 use embedded::single_view_reconstruction::{ReadingNetwork, SingleViewSettings};
-use embedded::{EmbeddedSettings, analyst};
 use gpu::Compute;
 use ports::Ports;
-use remote::settings::AnalystProvider;
 use scene::SceneRequest;
-use scene::request::RequestOptions;
-use scene::text_account::TextAccount;
 
 /// Models made when the program started: networks read from files of weights, and remote models.
 #[derive(Clone)]
@@ -47,7 +43,7 @@ pub fn build_pipeline(resolved: &Resolved) -> Result<BuildScene, ConfigErrors> {
     Ok(Arc::new(move |context: JobContext| {
         let (resolved, models, shared) = (resolved.clone(), models.clone(), shared.clone());
         async move {
-            let JobContext { request, checkpoints, .. } = context;
+            let JobContext { request, checkpoints } = context;
             let (ports, settings) = match request.options.set.is_empty() {
                 true => shared,
                 false => own(&resolved, &models, &request)?,
@@ -57,42 +53,6 @@ pub fn build_pipeline(resolved: &Resolved) -> Result<BuildScene, ConfigErrors> {
         }
         .boxed()
     }))
-}
-
-impl App {
-    /// Violations of a request of which only the configuration knows: settings in `options.set`, and unknown robots.
-    pub fn violations(&self, request: &SceneRequest) -> Vec<FieldError> {
-        let mut errors: Vec<FieldError> = unknown_robot(&request.options).into_iter().collect();
-        if !request.options.set.is_empty() {
-            let wrong =
-                self.resolved.with(&request.options.set).err().map_or_else(Vec::new, |errors| errors.0);
-            let place = |key: &str| format!("/options/set/{}", key.replace('~', "~0").replace('/', "~1"));
-            errors.extend(wrong.into_iter().map(|error| FieldError::new(place(&error.key), error.detail)));
-        }
-        errors
-    }
-
-    /// The account of a request's text by the embedded parser, without making a scene; `None` for an image, and where a
-    /// remote model reads texts.
-    ///
-    /// # Errors
-    ///
-    /// That of the field `/text`.
-    pub fn account(&self, request: &SceneRequest) -> Result<Option<TextAccount>, FieldError> {
-        let analysts = &self.config().providers.analyst;
-        let is_embedded = analysts.iter().all(|provider| *provider == AnalystProvider::Embedded);
-        let Some(text) = request.input.text().filter(|_| is_embedded) else { return Ok(None) };
-        let described = analyst::describe(text, request.seed, &request.options, &self.config().analyst);
-        let account = described.map(|description| Some(description.account()));
-        account.map_err(|error| FieldError::new("/text", error.to_string()))
-    }
-}
-
-fn unknown_robot(options: &RequestOptions) -> Option<FieldError> {
-    let name = options.robot.as_deref()?;
-    let known: Vec<&str> = robot::model::library::names().collect();
-    let detail = || format!("must be one of {}, not {name:?}", known.join(", "));
-    (!known.contains(&name)).then(|| FieldError::new("/options/robot", detail()))
 }
 
 /// The settings of one request; it was checked when it came, but the server may have been configured

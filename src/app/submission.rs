@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use bytes::Bytes;
 use serde_json::json;
+use uuid::Uuid;
 
 use super::App;
 use super::image::{self, CheckedImage};
 use super::terms::Terms;
 use crate::problem::{FieldError, Problem};
+use scene::request::MAX_SEED;
 use scene::{Input, SceneId, SceneRequest, TenantId};
 use store::queue::{self, Schedule};
 use store::scenes::NewScene;
@@ -123,6 +125,45 @@ impl App {
         };
         Ok(Submission { image, ..self.submission(terms, input)? })
     }
+
+    /// The submission of a source on terms that must be valid. The settings of its options are checked by
+    /// `App::violations` in `app::pipeline`.
+    ///
+    /// # Errors
+    ///
+    /// A [`Problem`] with every setting of the options that the configuration does not accept.
+    pub(super) fn submission(&self, terms: Terms, input: Input) -> Result<Submission, Problem> {
+        let Terms { seed, labels, options, priority, not_before_ms, deadline_ms } = terms;
+        let schedule = (priority, not_before_ms, deadline_ms);
+        let mut content = json!({ "input": input, "seed": seed, "labels": labels, "options": options });
+        if schedule != (0, None, None) {
+            content["schedule"] = json!(schedule);
+        }
+        let body_digest = Digest::of(content.to_string().as_bytes());
+        let request = SceneRequest::new(input, seed.unwrap_or_else(draw_seed), options);
+        let errors = self.violations(&request);
+        if !errors.is_empty() {
+            return Err(Problem::invalid(errors));
+        }
+        Ok(Submission {
+            request,
+            parent_id: None,
+            labels,
+            priority,
+            not_before_ms,
+            deadline_ms,
+            image: None,
+            bundle: None,
+            body_digest,
+        })
+    }
+}
+
+/// A random seed, for a request without one; the scene reports it.
+pub(super) fn draw_seed() -> u64 {
+    // The version's four bits are the same in every one; the others are random.
+    let random = Uuid::new_v4().as_u128();
+    ((random ^ (random >> 64)) as u64) & MAX_SEED
 }
 
 /// A text of a request without surrounding white space.

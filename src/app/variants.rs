@@ -2,8 +2,8 @@
 
 use super::App;
 use super::edit_scene::ParentBundle;
-use super::submission::Submission;
-use super::terms::{Terms, draw_seed};
+use super::submission::{Submission, draw_seed};
+use super::terms::Terms;
 use crate::problem::{FieldError, Problem};
 use runtime::seed::child_seed;
 use scene::request::MAX_SEED;

@@ -22,6 +22,7 @@ use super::composition::{BodyParts, Composition};
 use super::error::StageError;
 use super::preview::PreviewSettings;
 use super::resolve::{Loaded, load};
+use super::scene_identity::SceneIdentity;
 use super::{
     Context, PreparedObjects, Settings, artifact_io, place, reconstruct, rehearse, resolve, segment,
 };
@@ -29,8 +30,8 @@ use export::ExportSettings;
 use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
 use render::RenderSettings;
-use scene::certificate::{AdapterUsed, Appearance, MadeWith, Metrics, ResolveFinding, Verdict};
-use scene::{Input, Provenance, SceneDescription, SceneRequest};
+use scene::certificate::{Appearance, Metrics, ResolveFinding, Verdict};
+use scene::{Input, Provenance, SceneDescription};
 use store::Digest;
 
 pub use plausibility::HealthSettings;
@@ -49,51 +50,6 @@ pub struct FidelitySettings {
     pub max_missed_share: f64,
     /// Largest share of the scene's object pixels that the image does not show, 0..1; less quarantines more scenes.
     pub max_invented_share: f64,
-}
-
-/// The scene's id, from everything that decides its bytes.
-#[derive(Clone, Debug, Serialize)]
-pub struct SceneIdentity {
-    id: String,
-    request: SceneRequest,
-    made_with: MadeWith,
-}
-
-impl SceneIdentity {
-    /// Digest of request, adapters, settings and version.
-    pub fn new(request: &SceneRequest, ports: &Ports, settings: &Settings) -> Result<Self, StageError> {
-        let adapters = [
-            ports.analyst.adapter(),
-            ports.image_generator.adapter(),
-            ports.segmenter.adapter(),
-            ports.mesh_generator.adapter(),
-            ports.feature_extractor.adapter(),
-        ];
-        let ports = ["SceneAnalyst", "Painter", "Segmenter", "MeshGenerator", "FeatureExtractor"];
-        let mut settings = serde_json::to_value(settings).unwrap_or_default();
-        if let (None, Some(sections)) = (&request.options.robot, settings.as_object_mut()) {
-            // Without a robot they decide nothing.
-            for section in ["grasps", "execution"] {
-                sections.shift_remove(section);
-            }
-        }
-        let decides = json!({
-            "request": request, "adapters": adapters, "settings": settings,
-            "version": env!("CARGO_PKG_VERSION"),
-        });
-        let digest = Digest::of(decides.to_string().as_bytes());
-        let used = |(port, adapter): (&str, &Adapter)| AdapterUsed {
-            port: port.to_owned(),
-            name: adapter.name.clone(),
-            model: adapter.model.clone(),
-        };
-        let made_with = MadeWith {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            adapters: ports.into_iter().zip(&adapters).map(used).collect(),
-            settings,
-        };
-        Ok(Self { id: digest.as_str()[..20].to_owned(), request: request.clone(), made_with })
-    }
 }
 
 #[derive(Clone, Serialize)]

@@ -21,10 +21,11 @@ use std::sync::Arc;
 pub use predict::{Prediction, predict};
 pub(super) use recolor::main_color;
 
-use super::certify::{self, SceneIdentity};
+use super::certify;
 use super::checkpoint::Checkpoints;
 use super::error::StageError;
 use super::resources::StageResources;
+use super::scene_identity::SceneIdentity;
 use super::{Settings, bundle, robot_trial};
 use scene::{EditOperation, Input, Randomize, SceneRequest};
 use store::Digest;

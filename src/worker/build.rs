@@ -6,10 +6,10 @@ use futures::future::BoxFuture;
 
 use super::Settings;
 use super::work::{Work, WorkAttempt};
-use crate::pipeline::checkpoint::{CancelFlag, Checkpoints, JobScope, StageRuntime};
+use crate::pipeline::checkpoint::{Checkpoints, JobScope, StageRuntime};
 use crate::pipeline::error::StageError;
+use scene::SceneRequest;
 use scene::job::JobKind;
-use scene::{JobId, SceneId, SceneRequest};
 use store::queue::{AttemptOutcome, ClaimedWork};
 
 /// The finished scene's blobs (stored already) and its summary.
@@ -22,13 +22,9 @@ pub type BuildScene =
 
 /// One job, as the pipeline sees it.
 pub struct JobContext {
-    pub job_id: JobId,
-    pub scene_id: SceneId,
     pub request: SceneRequest,
     /// Runs the stages; give it the stages and the ports with `for_stages`.
     pub checkpoints: Checkpoints,
-    /// Raised when the job is to stop.
-    pub cancel: CancelFlag,
 }
 
 /// Builds scenes.
@@ -56,16 +52,15 @@ impl Work for SceneBuilder {
                 let message = "the stored request belongs to another version; submit it again";
                 StageError::permanent("request_unreadable", message).because(error)
             })?;
-            let job_id = claim.lease.job_id.clone();
             let checkpoints = self.runtime.open(JobScope {
                 lease: claim.lease,
                 tenant_id: claim.tenant_id,
                 salt: scene.salt,
-                cancel: cancel.clone(),
+                cancel,
                 drain,
             });
-            let context = JobContext { job_id, scene_id: scene.scene_id, request, checkpoints, cancel };
-            Ok(AttemptOutcome::Built(Box::new((self.build)(context).await?)))
+            let built = (self.build)(JobContext { request, checkpoints }).await?;
+            Ok(AttemptOutcome::Built(Box::new(built)))
         })
     }
 }

@@ -9,7 +9,8 @@ use super::draft::{EpisodesDraft, RecordDraft};
 use super::order::{Cameras, EpisodesOrder, format_named};
 use super::refused;
 use crate::app::executions::TaskSource;
-use crate::problem::{FieldError, Problem, ProblemType};
+use crate::app::tasks::robot_named;
+use crate::problem::{FieldError, Problem};
 use demonstrations::vectors::{action_layout, state_layout};
 use demonstrations::{CameraSpec, Randomization, SetupError};
 use episodes::description::{CameraDescription, DatasetDescription};
@@ -39,8 +40,7 @@ const MAX_ATTEMPTS: u64 = 1_000_000;
 /// A [`Problem`] with every value that will not do, or that names an unknown robot.
 pub fn ordered(draft: &EpisodesDraft) -> Result<EpisodesOrder, Problem> {
     let mut errors = Vec::new();
-    let robot = Robot::built_in(&draft.robot, None)
-        .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
+    let robot = robot_named(&draft.robot)?;
     let order = EpisodesOrder {
         title: draft.title.as_ref().map(|title| title.trim().to_owned()),
         tasks: tasks(draft, &mut errors),

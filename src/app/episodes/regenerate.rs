@@ -8,12 +8,12 @@ use super::order::format_named;
 use super::{parts_of, refused};
 use crate::app::executions::bundle_of;
 use crate::app::grasps::known_grasps;
+use crate::app::tasks::robot_named;
 use crate::config::Resolved;
 use crate::problem::{Problem, ProblemType};
 use demonstrations::setup::{Wanted, prepare};
 use demonstrations::{Attempted, EpisodeRecord, Setup, TaskPlace, attempt, record};
 use episodes::{EpisodeError, EpisodeUnit};
-use robot::model::Robot;
 
 /// A line of `records.jsonl`, as far as it is needed.
 #[derive(Clone, Debug, Deserialize)]
@@ -68,8 +68,7 @@ pub fn setup_of(archive: &[u8], episode: &RecordedEpisode, resolved: &Resolved) 
         );
         return Err(Problem::new(ProblemType::Conflict, "another_scene", detail));
     }
-    let robot = Robot::built_in(&record.task.robot, None)
-        .map_err(|error| Problem::new(ProblemType::InvalidRequest, "unknown_robot", error.to_string()))?;
+    let robot = robot_named(&record.task.robot)?;
     let formats = episode.formats.iter().map(|name| format_named(name)).collect::<Result<_, _>>();
     let formats =
         formats.map_err(|detail| Problem::new(ProblemType::InvalidRequest, "broken_record", detail))?;

@@ -17,7 +17,8 @@ use geometry::solid_query::MeshSolid;
 use geometry::{Camera, Friction, Material, Outline, Pose, Rgb, Solid, TexturedMesh, shapes};
 use imaging::Mask;
 use runtime::CancelFlag;
-use scene::certificate::{Certificate, ReasonCode};
+use scene::SceneRequest;
+use scene::certificate::{Certificate, MadeWith, ReasonCode};
 use scene::recognition::{CameraKnowledge, RecognizedTable, StandsOn};
 use scene::request::RequestOptions;
 use scene::{
