@@ -24,6 +24,7 @@ pub mod diff;
 pub mod batch;
 pub mod parse;
 pub mod progress;
+pub mod counting;
 pub mod output;
 pub mod scene_summary;
 pub mod certificate;

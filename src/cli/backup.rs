@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::counting::Counting;
 use super::options::ConfigOptions;
 use super::output::{Kind, Output};
 use super::{Exit, Failure, runtime, terminal};
@@ -28,8 +29,10 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
     let Arguments { target, data_dir, .. } = &arguments;
     Output::check(target, Kind::Backup, false, &[data_dir])?;
-    let report =
-        runtime()?.block_on(backup::backup(data_dir, target, &resolved.config.store)).map_err(failed)?;
+    let counting = Counting::new("blobs", false);
+    let mut see = move |done, all| counting.see(done, all);
+    let copying = backup::backup(data_dir, target, &resolved.config.store, &mut see);
+    let report = runtime()?.block_on(copying).map_err(failed)?;
     terminal::print(&format!(
         "{}: {} blobs, {} of them new ({} bytes)\n",
         target.display(),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
 
+use super::counting::Counting;
 use super::output::{self, file};
 use super::{Exit, Failure, number, terminal};
 use datasets::dataset_manifest::{self, Layout};
@@ -135,14 +136,11 @@ fn run_freeze(arguments: FreezeArguments) -> Result<Exit, Failure> {
         out: arguments.out,
     };
     let is_json = arguments.json;
-    let frozen = freeze(&request, &mut |progress| {
-        let (words, done, all) = match progress {
-            Progress::Read { done, all } => ("bundles read", done, all),
-            Progress::Packed { done, all } => ("scenes packed", done, all),
-        };
-        if !is_json && (done % 100 == 0 || done == all) {
-            terminal::note(&format!("{done} of {all} {words}"));
-        }
+    let (reading, packing) =
+        (Counting::new("bundles read", is_json), Counting::new("scenes packed", is_json));
+    let frozen = freeze(&request, &mut |progress| match progress {
+        Progress::Read { done, all } => reading.see(done as u64, all as u64),
+        Progress::Packed { done, all } => packing.see(done as u64, all as u64),
     });
     let frozen = frozen.map_err(failed)?;
     match is_json {
@@ -297,13 +295,9 @@ fn summary(title: &str, statistics: &Statistics) -> String {
 
 /// Reads a version: the folder itself, or the last version in it.
 fn read(arguments: &ReadArguments) -> Result<Verification, Failure> {
-    let is_json = arguments.json;
     let folder = version_folder(&arguments.dir)?;
-    let verification = verify(&folder, &mut |done, all| {
-        if !is_json {
-            terminal::note(&format!("{done} of {all} scenes read"));
-        }
-    });
+    let counting = Counting::new("scenes read", arguments.json);
+    let verification = verify(&folder, &mut |done, all| counting.see(done as u64, all as u64));
     verification.map_err(failed)
 }
 

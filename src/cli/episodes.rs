@@ -1,14 +1,14 @@
 //! `episodes`: demonstrations of tasks in the scene of a bundle, as a dataset that policies are trained on.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
 
 use clap::Args;
 use serde_json::json;
 
 use super::bundle_input::BundleInput;
+use super::counting::Counting;
 use super::execute::source;
 use super::foreground::computed;
 use super::generate::refused;
@@ -21,9 +21,6 @@ use crate::app::episodes::{Cameras, EpisodesOrder, card, setup};
 use demonstrations::randomization::AXES;
 use demonstrations::{CameraSpec, Randomization};
 use episodes::format::Format;
-
-/// Time between two lines of progress.
-const PROGRESS_EVERY: Duration = Duration::from_secs(5);
 
 /// Arguments of `episodes`.
 #[derive(Debug, Args)]
@@ -136,8 +133,14 @@ fn record_episodes(arguments: &Arguments) -> Result<Exit, Failure> {
     let card = card(title(&output), &resolved, &setup);
     let waiting = runtime()?;
     let stop = stop_flag(&waiting)?;
-    let progress = Progress::new(order.count, arguments.json);
-    let see = |tally| progress.see(tally);
+    let counting = Counting::new("episodes", arguments.json);
+    let see = |tally: Tally| {
+        let share = || {
+            let percent = 100.0 * tally.successes as f64 / tally.attempts.max(1) as f64;
+            format!(", {percent:.0} % of attempts succeed")
+        };
+        counting.see_with(tally.successes, order.count, share);
+    };
     let recorded = record(&setup, output.path(), amount, card, &stop, &see).map_err(failure)?;
     output.publish(&recorded.dataset())?;
     let report = match arguments.json {
@@ -232,43 +235,6 @@ fn failure(error: RecordError) -> Failure {
         RecordError::Folder(_) | RecordError::Episode(_) => Exit::Error,
     };
     Failure::new(exit, error.to_string())
-}
-
-/// Lines about how the recording goes.
-struct Progress {
-    count: u64,
-    quiet: bool,
-    started: Instant,
-    /// Time at which the last line was written, and the tally at the start.
-    last: Mutex<(Option<Instant>, Option<Tally>)>,
-}
-
-impl Progress {
-    fn new(count: u64, quiet: bool) -> Self {
-        Self { count, quiet, started: Instant::now(), last: Mutex::new((None, None)) }
-    }
-
-    fn see(&self, tally: Tally) {
-        if self.quiet {
-            return;
-        }
-        let mut last = self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let first = *last.1.get_or_insert(tally);
-        let is_over = tally.successes >= self.count;
-        if last.0.is_some_and(|written| written.elapsed() < PROGRESS_EVERY) && !is_over {
-            return;
-        }
-        last.0 = Some(Instant::now());
-        let share = 100.0 * tally.successes as f64 / tally.attempts.max(1) as f64;
-        let made = (tally.successes - first.successes) as f64;
-        let left = self.count.saturating_sub(tally.successes) as f64;
-        let time = match made > 0.0 && left > 0.0 {
-            true => format!(", {:.0} s left", self.started.elapsed().as_secs_f64() * left / made),
-            false => String::new(),
-        };
-        let (successes, count) = (tally.successes.min(self.count), self.count);
-        terminal::note(&format!("  {successes} of {count} episodes, {share:.0} % of attempts succeed{time}"));
-    }
 }
 
 fn document(arguments: &Arguments, order: &EpisodesOrder, recorded: &Recorded) -> serde_json::Value {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::backup::{failed, outcome};
+use super::counting::Counting;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, runtime, terminal};
 use crate::app;
@@ -32,15 +33,20 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let settings = &resolved.config.store;
     let data_dir = &arguments.data_dir;
     let runtime = runtime()?;
+    let counting = Counting::new("blobs", false);
+    let mut see = move |done, all| counting.see(done, all);
     let (place, report) = match (&arguments.backup, arguments.verify) {
-        (Some(backup), false) => {
-            (data_dir, runtime.block_on(backup::restore(backup, data_dir, settings)).map_err(failed)?)
+        (Some(backup), false) => (
+            data_dir,
+            runtime.block_on(backup::restore(backup, data_dir, settings, &mut see)).map_err(failed)?,
+        ),
+        (Some(backup), true) => {
+            (backup, runtime.block_on(backup::verify(backup, settings, &mut see)).map_err(failed)?)
         }
-        (Some(backup), true) => (backup, runtime.block_on(backup::verify(backup, settings)).map_err(failed)?),
         (None, _) => {
             let report = runtime.block_on(async {
                 let store = app::open(data_dir, &resolved.config, Intent::Existing).await?;
-                store.verify().await.map_err(failed)
+                store.verify(&mut see).await.map_err(failed)
             })?;
             (data_dir, report)
         }

@@ -45,6 +45,9 @@ pub struct BackupReport {
     pub lost: Vec<LostBlob>,
 }
 
+/// Takes the number of blobs that were read, and of all.
+pub type BlobCount = dyn FnMut(u64, u64) + Send;
+
 /// Backs up a data directory of SQLite into `target`, which is created if missing.
 ///
 /// # Errors
@@ -52,7 +55,12 @@ pub struct BackupReport {
 /// A [`StoreError`] if `data_dir` has no database, or if something cannot be read or written. Lost blobs are no error:
 /// the report lists them.
 #[boxed]
-pub async fn backup(data_dir: &Path, target: &Path, settings: &Settings) -> Result<BackupReport, StoreError> {
+pub async fn backup(
+    data_dir: &Path,
+    target: &Path,
+    settings: &Settings,
+    notify: &mut BlobCount,
+) -> Result<BackupReport, StoreError> {
     let source = data_dir.join(DATABASE_FILE);
     database::sqlite_exists(&source)?;
     let blobs = Blobs::open(data_dir, settings, Health::new())?;
@@ -62,7 +70,7 @@ pub async fn backup(data_dir: &Path, target: &Path, settings: &Settings) -> Resu
     remove_if_there(&snapshot)?;
     copy_database(&source, &snapshot).await?;
     let copies = Blobs::local(&target.join("blobs"), true, Health::new())?;
-    let report = copy_blobs(&snapshot, settings, &blobs, &copies).await?;
+    let report = copy_blobs(&snapshot, settings, &blobs, &copies, notify).await?;
     rename_durably(&snapshot, &target.join(DATABASE_FILE))?;
     Ok(report)
 }
@@ -78,6 +86,7 @@ pub async fn restore(
     backup: &Path,
     data_dir: &Path,
     settings: &Settings,
+    notify: &mut BlobCount,
 ) -> Result<BackupReport, StoreError> {
     let source = backup.join(DATABASE_FILE);
     database::sqlite_exists(&source)?;
@@ -89,7 +98,7 @@ pub async fn restore(
     }
     let originals = Blobs::local(&backup.join("blobs"), false, Health::new())?;
     let blobs = Blobs::open(data_dir, settings, Health::new())?;
-    let report = copy_blobs(&source, settings, &originals, &blobs).await?;
+    let report = copy_blobs(&source, settings, &originals, &blobs, notify).await?;
     let partial = data_dir.join(format!("{DATABASE_FILE}.partial"));
     std::fs::copy(&source, &partial).map_err(|error| data_dir_error(&partial, error))?;
     rename_durably(&partial, &destination)?;
@@ -102,11 +111,15 @@ pub async fn restore(
 ///
 /// A [`StoreError`] if `backup` has no database, or if something cannot be read.
 #[boxed]
-pub async fn verify(backup: &Path, settings: &Settings) -> Result<BackupReport, StoreError> {
+pub async fn verify(
+    backup: &Path,
+    settings: &Settings,
+    notify: &mut BlobCount,
+) -> Result<BackupReport, StoreError> {
     let source = backup.join(DATABASE_FILE);
     database::sqlite_exists(&source)?;
     let blobs = Blobs::local(&backup.join("blobs"), false, Health::new())?;
-    check_blobs(references(&source, settings).await?, &blobs).await
+    check_blobs(references(&source, settings).await?, &blobs, notify).await
 }
 
 impl Store {
@@ -116,13 +129,13 @@ impl Store {
     ///
     /// A [`StoreError`] if something cannot be read.
     #[boxed]
-    pub async fn verify(&self) -> Result<BackupReport, StoreError> {
+    pub async fn verify(&self, notify: &mut BlobCount) -> Result<BackupReport, StoreError> {
         let mut found = BTreeMap::new();
         for_each_reference(&self.readers.unhurried(), |kind, digest| {
             found.entry(digest).or_insert(kind);
         })
         .await?;
-        check_blobs(found, &self.blobs).await
+        check_blobs(found, &self.blobs, notify).await
     }
 }
 
@@ -157,8 +170,11 @@ async fn copy_blobs(
     settings: &Settings,
     from: &Blobs,
     to: &Blobs,
+    notify: &mut BlobCount,
 ) -> Result<BackupReport, StoreError> {
-    let copied = stream::iter(references(database, settings).await?).map(|(digest, kind)| async move {
+    let references = references(database, settings).await?;
+    let count = references.len() as u64;
+    let copied = stream::iter(references).map(|(digest, kind)| async move {
         if let Some(bytes) = to.size(&digest).await? {
             return Ok(BlobResult::Intact { bytes, is_copied: false });
         }
@@ -171,20 +187,22 @@ async fn copy_blobs(
             lost => Ok(BlobResult::Lost(lost_blob(digest, kind, &lost))),
         }
     });
-    report(copied.buffer_unordered(CONCURRENT_BLOBS)).await
+    report(copied.buffer_unordered(CONCURRENT_BLOBS), count, notify).await
 }
 
 async fn check_blobs(
     references: BTreeMap<Digest, ReferenceKind>,
     blobs: &Blobs,
+    notify: &mut BlobCount,
 ) -> Result<BackupReport, StoreError> {
+    let count = references.len() as u64;
     let checked = stream::iter(references).map(|(digest, kind)| async move {
         Ok(match blobs.intact(&digest).await? {
             Read::Intact(bytes) => BlobResult::Intact { bytes: bytes.len() as u64, is_copied: false },
             lost => BlobResult::Lost(lost_blob(digest, kind, &lost)),
         })
     });
-    report(checked.buffer_unordered(CONCURRENT_BLOBS)).await
+    report(checked.buffer_unordered(CONCURRENT_BLOBS), count, notify).await
 }
 
 enum BlobResult {
@@ -198,9 +216,12 @@ fn lost_blob(digest: Digest, kind: ReferenceKind, read: &Read) -> LostBlob {
 
 async fn report(
     results: impl futures::Stream<Item = Result<BlobResult, StoreError>>,
+    count: u64,
+    notify: &mut BlobCount,
 ) -> Result<BackupReport, StoreError> {
     let mut report = BackupReport::default();
     let mut results = std::pin::pin!(results);
+    let mut done = 0;
     while let Some(result) = results.try_next().await? {
         match result {
             BlobResult::Intact { bytes, is_copied } => {
@@ -211,6 +232,8 @@ async fn report(
             }
             BlobResult::Lost(blob) => report.lost.push(blob),
         }
+        done += 1;
+        notify(done, count);
     }
     report.lost.sort_by(|a, b| (b.kind, &a.digest).cmp(&(a.kind, &b.digest)));
     Ok(report)

@@ -43,23 +43,23 @@ async fn a_backup_of_a_store_in_use_becomes_a_store() {
     let (data, copy, again) =
         (folder.path().join("data"), folder.path().join("copy"), folder.path().join("again"));
     let (store, image) = opened(&data).await;
-    let report = backup(&data, &copy, &settings()).await.expect("backs up");
+    let report = backup(&data, &copy, &settings(), &mut |_, _| {}).await.expect("backs up");
     assert_eq!((report.intact.blobs, report.copied.blobs, report.lost.len()), (1, 1, 0));
     let second = store.blobs().put("second").await.expect("puts");
     submit(&store, &second).await;
-    let report = backup(&data, &copy, &settings()).await.expect("backs up again");
+    let report = backup(&data, &copy, &settings(), &mut |_, _| {}).await.expect("backs up again");
     assert_eq!((report.intact.blobs, report.copied.blobs), (2, 1), "only what is new is copied");
 
-    assert_eq!(verify(&copy, &settings()).await.expect("reads").intact.blobs, 2);
-    let report = restore(&copy, &again, &settings()).await.expect("restores");
+    assert_eq!(verify(&copy, &settings(), &mut |_, _| {}).await.expect("reads").intact.blobs, 2);
+    let report = restore(&copy, &again, &settings(), &mut |_, _| {}).await.expect("restores");
     assert_eq!((report.copied.blobs, report.lost.len()), (2, 0));
     let restored = Store::open(&again, &settings(), Intent::Create).await.expect("opens");
     let all = SceneFilter { limit: 10, ..SceneFilter::default() };
     assert_eq!(restored.scenes(&DEFAULT_TENANT, all).await.expect("reads").len(), 2);
     assert_eq!(restored.blobs().get(&image).await.expect("reads").as_deref(), Some(&b"image"[..]));
-    assert_eq!(restored.verify().await.expect("reads").intact.blobs, 2);
+    assert_eq!(restored.verify(&mut |_, _| {}).await.expect("reads").intact.blobs, 2);
     drop(restored);
-    let error = restore(&copy, &again, &settings()).await.expect_err("there is a database");
+    let error = restore(&copy, &again, &settings(), &mut |_, _| {}).await.expect_err("there is a database");
     assert!(matches!(error, StoreError::DataDir { .. } | StoreError::Locked { .. }), "{error}");
 }
 
@@ -70,10 +70,10 @@ async fn the_check_finds_missing_and_damaged_blobs() {
     let (store, image) = opened(&data).await;
     let second = store.blobs().put("second").await.expect("puts");
     submit(&store, &second).await;
-    backup(&data, &copy, &settings()).await.expect("backs up");
+    backup(&data, &copy, &settings(), &mut |_, _| {}).await.expect("backs up");
     std::fs::write(file_of(&copy, &image), b"imagE").expect("damages");
     std::fs::remove_file(file_of(&copy, &second)).expect("removes");
-    let report = verify(&copy, &settings()).await.expect("reads");
+    let report = verify(&copy, &settings(), &mut |_, _| {}).await.expect("reads");
     let mut expected = vec![
         LostBlob { digest: image.clone(), kind: ReferenceKind::Input, is_damaged: true },
         LostBlob { digest: second, kind: ReferenceKind::Input, is_damaged: false },
@@ -83,7 +83,7 @@ async fn the_check_finds_missing_and_damaged_blobs() {
     assert_eq!(report.intact.blobs, 0);
 
     std::fs::write(file_of(&data, &image), b"imagE").expect("damages");
-    let report = store.verify().await.expect("reads");
+    let report = store.verify(&mut |_, _| {}).await.expect("reads");
     assert_eq!((report.intact.blobs, report.lost.len()), (1, 1));
     assert!(store.blobs().contains(&image).await.expect("answers"), "the check changes nothing");
 }
@@ -105,9 +105,9 @@ async fn a_folder_without_a_database_is_refused() {
     let folder = tempfile::tempdir().expect("temporary directory");
     let (empty, target) = (folder.path().join("empty"), folder.path().join("target"));
     for error in [
-        backup(&empty, &target, &settings()).await.expect_err("no database"),
-        restore(&empty, &target, &settings()).await.expect_err("no database"),
-        verify(&empty, &settings()).await.expect_err("no database"),
+        backup(&empty, &target, &settings(), &mut |_, _| {}).await.expect_err("no database"),
+        restore(&empty, &target, &settings(), &mut |_, _| {}).await.expect_err("no database"),
+        verify(&empty, &settings(), &mut |_, _| {}).await.expect_err("no database"),
     ] {
         assert!(matches!(error, StoreError::NoDatabase { .. }), "{error}");
     }

@@ -431,7 +431,7 @@ async fn operators(store: &Store) {
     store.is_healthy().await.unwrap();
     store.usage_of(&DEFAULT_TENANT).await.unwrap();
     store.takes_turn(LEASE).await.unwrap();
-    store.verify().await.unwrap();
+    store.verify(&mut |_, _| {}).await.unwrap();
 }
 
 /// Deletions, and sweeps that remove all that may go.
