@@ -32,8 +32,8 @@ pub fn text_errors(tokens: &[Token]) -> Vec<usize> {
     let is = |index: usize, text: &str| tokens.get(index).is_some_and(|token| token.text == text);
     let ends_with_string = |start: usize| {
         let mut depth = 0_usize;
-        for index in start..tokens.len() {
-            match tokens[index].text.as_str() {
+        for (index, token) in tokens.iter().enumerate().skip(start) {
+            match token.text.as_str() {
                 "<" => depth += 1,
                 // The sign of a return type within.
                 ">" if is(index - 1, "-") => {}
