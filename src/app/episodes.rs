@@ -33,7 +33,7 @@ use store::Digest;
 pub use card::card;
 use distractors::distractors;
 pub use order::{Cameras, EpisodesOrder};
-pub use reading::{ordered, stated};
+pub use reading::ordered;
 
 /// The stage in which the grasps of a task are tried, and the base of the robot is placed.
 const PREPARE: &str = "prepare";

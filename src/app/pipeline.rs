@@ -71,6 +71,10 @@ pub(super) fn own_settings(resolved: &Resolved, request: &SceneRequest) -> Resul
 }
 
 fn with_own(resolved: &Resolved, request: &SceneRequest) -> Result<Resolved, StageError> {
+    // Laying the layers again takes longer than a copy.
+    if request.options.set.is_empty() {
+        return Ok(resolved.clone());
+    }
     resolved.with(&request.options.set).map_err(|errors| {
         StageError::permanent(
             "settings_invalid",

@@ -26,7 +26,7 @@ pub struct SceneOrder {
     pub terms: Terms,
 }
 
-/// A submission that may be enqueued. `App::submission` in `app::terms` makes it, for every kind of request.
+/// A submission that may be enqueued. [`App::submission`] makes it, for every kind of request.
 #[derive(Debug)]
 pub struct Submission {
     pub request: SceneRequest,
@@ -127,7 +127,7 @@ impl App {
     }
 
     /// The submission of a source on terms that must be valid. The settings of its options are checked by
-    /// `App::violations` in `app::pipeline`.
+    /// [`App::violations`].
     ///
     /// # Errors
     ///

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::content::media_type_of;
 use crate::api::extract::TenantApi;
 use crate::api::views::timestamp;
-use crate::app::episodes::{EpisodesOrder, stated};
+use crate::app::episodes::EpisodesOrder;
 use crate::problem::Problem;
 use scene::{RecordingId, SceneId};
 use store::StoreError;
@@ -106,9 +106,7 @@ impl RecordingView {
             _ => None,
         };
         let failure = row.failure_code.zip(row.failure_message);
-        // An order of another version is shown as it is stored.
-        let order = EpisodesOrder::of_stored(&row.request);
-        let order = order.map_or_else(|_| row.request["order"].clone(), |order| json!(stated(&order)));
+        let order = EpisodesOrder::statement(&row.request);
         Ok(Self {
             links: RecordingLinks {
                 scene: format!("/scenes/{}", row.scene_id),

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::draft::EpisodesDraft;
-use super::reading::ordered;
+use super::reading::{ordered, stated};
 use crate::app::executions::TaskSource;
 use crate::problem::{FieldError, Problem, ProblemType};
 use demonstrations::camera::USUAL;
@@ -120,6 +120,16 @@ impl EpisodesOrder {
         match stored["version"] == 1 {
             true => ordered(&EpisodesDraft::deserialize(&stored["order"]).map_err(another_version)?),
             false => Self::deserialize(&stored["order"]).map_err(another_version),
+        }
+    }
+
+    /// A stored order as a client could have stated it. Version 1 was stored so; what another version wrote stays as it
+    /// is.
+    pub fn statement(stored: &Value) -> Value {
+        let order = &stored["order"];
+        match Self::deserialize(order) {
+            Ok(read) if stored["version"] == Self::VERSION => json!(stated(&read)),
+            _ => order.clone(),
         }
     }
 
