@@ -94,15 +94,20 @@ class BackgroundProgram:
             stderr=subprocess.STDOUT,
         )
 
-    def finish(self):
-        """Waits, shows what it printed, and raises a `Problem` where it failed."""
+    def finish(self) -> str:
+        """Waits, shows what it printed and gives it, and raises a `Problem` where it failed."""
         if self.process is None:
             raise Problem("the program in the background was not started")
         code = self.process.wait()
-        sys.stdout.write(whole(self.output))
+        printed = whole(self.output)
+        sys.stdout.write(printed)
         sys.stdout.flush()
         if code != 0:
             raise Problem(f"`{' '.join(self.command)}` ended with exit code {code}; see above")
+        return printed
+
+    def has_failed(self) -> bool:
+        return self.process is not None and self.process.poll() not in (None, 0)
 
     def is_running(self) -> bool:
         return self.process is not None and self.process.poll() is None

@@ -1,8 +1,9 @@
 """`make test`: everything, from formatting to independent programs that judge what comes out.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.test [--target-dir target]
+    PYTHONPATH=python python3 -m tabletopgen_checks.test [--target-dir target] [--only edits]
 
-Stops at the first step that fails and says which; the last line is a summary either way.
+Stops at the first step that fails and says which; the last line is a summary either way. `--only` runs one step of
+those again.
 """
 
 import argparse
@@ -10,7 +11,6 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -28,6 +28,7 @@ from tabletopgen_checks.robots import sample as robot_sample
 from tabletopgen_checks.scene.generation import differing_files, generate
 from tabletopgen_checks.scene.scene import read_scene
 from tabletopgen_checks.service import postgres
+from tabletopgen_checks.step_report import StepReport
 
 CARGO = os.environ.get("CARGO", "cargo")
 KILLS = 6
@@ -43,79 +44,102 @@ SLOW_SECONDS_LONGER, SLOW_SECONDS = 1.0, 0.25
 SMALL_SCENE = "An office desk with exactly a mug and a book and nothing else"
 # Where tests leave what the judges are asked about; not the target directory, of which they do not know.
 LEFT = ROOT / "target"
+# Steps in their order.
+ORDER = (
+    # Those that answer within seconds come first.
+    "architecture", "formatting", "Python lints", "Python", "dependencies",
+    "clippy", "documentation", "cargo test", "programs",
+    "words", "sample scenes", "judges' environment",
+)
+# Those that follow run in two lanes beside each other: most of them keep one core busy.
+LANE = ("judges", "judges' own test", "edits", "segmentation sidecar")
+LANE_BESIDE = (
+    "documents", "robot and episodes", "rest in simulators", "categories", "layers of USD",
+    "killed while models are asked", "killed on both stores",
+)
+WAIT = "wait for the other lane"
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Run every test.")
     parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
-    target = parser.parse_args().target_dir.resolve()
-    environment = target / "judges"
-    start, done, took = time.monotonic(), [], {}
-    # The judges' environment comes over the network while the compiler works.
-    setup = start_setup(environment)
-    kills = BackgroundProgram()
-
-    def finish_environment():
-        finish_setup(setup)
-        return f"ready, of Python {sys.version_info[0]}.{sys.version_info[1]}"
-
-    def judge_layers_beside_kills():
-        # These judges and the killed server keep one core busy each.
-        start_kills(kills, target)
-        return judge_layers(environment)
-
-    steps = [
-        # Those that answer within seconds come first.
-        ("architecture", lambda: cargo_test("--package", "tabletopgen-tidy")),
-        ("formatting", lambda: cargo("fmt", "--all", "--check")),
-        ("Python lints", lambda: lint.check(target)),
-        ("Python", test_package),
-        ("dependencies", lambda: check_dependencies(target / "tools")),
-        ("clippy", lambda: cargo("clippy", "--workspace", "--locked", "--all-targets", "--", "-D", "warnings")),
-        ("documentation", document),
-        ("cargo test", lambda: with_postgres(target, test_workspace)),
-        ("programs", build_programs),
-        ("words", lambda: check_words(target)),
-        ("sample scenes", lambda: make_sample(target)),
-        ("judges' environment", finish_environment),
-        ("judges", lambda: judge_sample(target, environment)),
-        ("rest in simulators", lambda: check_rest(target, environment)),
-        ("categories", lambda: check_categories(target)),
-        ("edits", lambda: check_edits(target, environment)),
-        ("robot and episodes", lambda: check_robot(target)),
-        ("documents", lambda: check_documents(target)),
-        ("layers of USD", judge_layers_beside_kills),
-        ("judges' own test", lambda: test_judges(target, environment)),
-        ("killed while models are asked", lambda: finish_kills(kills)),
-        ("killed on both stores", lambda: check_reliability(target)),
-        ("segmentation sidecar", lambda: test_sidecar(environment)),
-    ]
-    code = 1
+    parser.add_argument("--only", action="append", metavar="STEP", help="run this step alone, after what it needs was run")
+    given = parser.parse_args()
+    target = given.target_dir.resolve()
+    setup = start_setup(target / "judges")
     try:
-        for name, step in steps:
-            print(f"== {name}", flush=True)
-            began = time.monotonic()
-            try:
-                done.append(f"{name}: {step()}")
-            finally:
-                took[name] = time.monotonic() - began
-            print(f"== {done[-1]} ({took[name]:.0f} s)", flush=True)
-        code = 0
-    except Problem as problem:
-        print(f"== {name} FAILED: {problem}", flush=True)
-        done.append(f"{name} FAILED")
-    except KeyboardInterrupt:
-        done.append(f"{name} interrupted")
+        steps = steps_of(target, setup)
+        if unknown := [name for name in given.only or () if name not in steps]:
+            parser.error(f"no step {', '.join(unknown)}; steps are {', '.join(steps)}")
+        return run_all(steps, target) if given.only is None else run_only(steps, given.only)
     finally:
-        kills.stop()
         if setup.poll() is None:
             setup.terminate()
             setup.wait()
-    minutes = (time.monotonic() - start) / 60
-    for name, seconds in sorted(took.items(), key=lambda step: -step[1]):
-        print(f"   {seconds:6.0f} s  {name}")
-    print(f"make test: {'all passed' if code == 0 else 'FAILED'} in {minutes:.1f} min ({'; '.join(done)})")
-    return code
+
+
+def steps_of(target: Path, setup: subprocess.Popen) -> dict:
+    """What each step does, by name; each gives a sentence or raises a `Problem`."""
+    environment = target / "judges"
+
+    def finish_environment():
+        # It comes over the network while the compiler works.
+        finish_setup(setup)
+        return f"ready, of Python {sys.version_info[0]}.{sys.version_info[1]}"
+
+    return {
+        "architecture": lambda: cargo_test("--package", "tabletopgen-tidy"),
+        "formatting": lambda: cargo("fmt", "--all", "--check"),
+        "Python lints": lambda: lint.check(target),
+        "Python": test_package,
+        "dependencies": lambda: check_dependencies(target / "tools"),
+        "clippy": lambda: cargo("clippy", "--workspace", "--locked", "--all-targets", "--", "-D", "warnings"),
+        "documentation": document,
+        "cargo test": lambda: with_postgres(target, test_workspace),
+        "programs": build_programs,
+        "words": lambda: check_words(target),
+        "sample scenes": lambda: make_sample(target),
+        "judges' environment": finish_environment,
+        "judges": lambda: judge_sample(target, environment),
+        "judges' own test": lambda: test_judges(target, environment),
+        "rest in simulators": lambda: check_rest(target, environment),
+        "categories": lambda: check_categories(target),
+        "edits": lambda: check_edits(target, environment),
+        "robot and episodes": lambda: check_robot(target),
+        "documents": lambda: check_documents(target),
+        "layers of USD": lambda: judge_layers(environment),
+        "killed while models are asked": lambda: check_kills(target),
+        "killed on both stores": lambda: check_reliability(target),
+        "segmentation sidecar": lambda: test_sidecar(environment),
+    }
+
+
+def run_all(steps: dict, target: Path) -> int:
+    lane = [sys.executable, "-m", "tabletopgen_checks.test", "--target-dir", str(target)]
+    lane += [word for name in LANE_BESIDE for word in ("--only", name)]
+    report, beside = StepReport(), BackgroundProgram()
+
+    def finish_lane():
+        report.take_over(beside.finish())
+        return f"{len(LANE_BESIDE)} steps"
+
+    try:
+        report.run(steps, ORDER)
+        if not report.is_failed:
+            beside.start(lane, ROOT)
+            # Where a step of the other lane failed, those to come are left out.
+            rest = (name for name in (*LANE, WAIT) if name == WAIT or not beside.has_failed())
+            report.run({**steps, WAIT: finish_lane}, rest)
+    finally:
+        beside.stop()
+        report.summarize("make test")
+    return int(report.is_failed)
+
+
+def run_only(steps: dict, names: list) -> int:
+    report = StepReport()
+    report.run(steps, ["judges' environment", *names])
+    return int(report.is_failed)
 
 
 def run(command, environment=None) -> None:
@@ -256,15 +280,10 @@ def build_programs() -> str:
     return "built"
 
 
-def start_kills(kills: BackgroundProgram, target: Path):
+def check_kills(target: Path) -> str:
     """A few of the kills of `make bars BARS=remote_kill`."""
     command = [sys.executable, "-m", "tabletopgen_checks.bars.remote_kill", "--target-dir", target, "--kills", KILLS, "--draw", "2"]
-    command += ["--program", target / "debug" / "tabletopgen"]
-    kills.start(command, ROOT)
-
-
-def finish_kills(kills: BackgroundProgram) -> str:
-    kills.finish()
+    run([*command, "--program", target / "debug" / "tabletopgen"])
     return f"{KILLS} kills, nothing billed twice that is not in the ledger"
 
 

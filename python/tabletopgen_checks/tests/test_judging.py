@@ -3,6 +3,7 @@
 import contextlib
 import io
 import sys
+import time
 import unittest
 from pathlib import Path
 
@@ -42,8 +43,9 @@ class InTheBackground(unittest.TestCase):
         beside, shown = BackgroundProgram(), io.StringIO()
         beside.start([sys.executable, "-c", code], Path("."))
         with contextlib.redirect_stdout(shown):
-            beside.finish()
-        return shown.getvalue()
+            printed = beside.finish()
+        self.assertEqual(printed, shown.getvalue())
+        return printed
 
     def test_words_are_shown_when_it_is_waited_for(self):
         code = "import sys; print('out', flush=True); print('err', file=sys.stderr)"
@@ -61,6 +63,14 @@ class InTheBackground(unittest.TestCase):
         beside.start([sys.executable, "-c", "import time; time.sleep(600)"], Path("."))
         beside.stop()
         self.assertFalse(beside.is_running())
+
+    def test_what_failed_is_known_before_it_is_waited_for(self):
+        beside = BackgroundProgram()
+        self.assertFalse(beside.has_failed())
+        beside.start([sys.executable, "-c", "raise SystemExit(3)"], Path("."))
+        while beside.is_running():
+            time.sleep(0.01)
+        self.assertTrue(beside.has_failed())
 
 
 if __name__ == "__main__":
