@@ -176,8 +176,8 @@ pub const ROOT_MODULES: &[Layer] = &[
     layer(
         "api",
         &[
-            "app", "batches", "datasets", "freezer", "imaging", "problem", "runtime", "scene", "spans",
-            "store",
+            "app", "batches", "datasets", "freezer", "imaging", "problem", "runtime", "scene", "schemas",
+            "spans", "store",
         ],
         &[CLIENTS, ROWS],
     ),
@@ -231,14 +231,21 @@ pub const ROOT_MODULES: &[Layer] = &[
             "remote",
             "render",
             "scene",
+            "schemas",
             "store",
             "vision",
             "worker",
         ],
         &[SERVERS, CLIENTS, ROWS, TASKS],
     ),
+    // JSON schemas of types of other crates, whose lists of words it reads.
+    layer(
+        "schemas",
+        &["batches", "demonstrations", "episodes", "scene", "store", "tasks"],
+        &[SERVERS, CLIENTS, ROWS, FILES, SYSTEM, TASKS],
+    ),
     // Refusals, for all who refuse.
-    layer("problem", &[], &[SERVERS, CLIENTS, ROWS, FILES, SYSTEM, TASKS]),
+    layer("problem", &["schemas"], &[SERVERS, CLIENTS, ROWS, FILES, SYSTEM, TASKS]),
     layer("app", &[EVERYTHING_BUT_API], &[SERVERS, CLIENTS, ROWS]),
     // Puts the parts of a server together.
     layer("service", &[EVERYTHING], &[CLIENTS, ROWS]),
