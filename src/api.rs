@@ -3,6 +3,7 @@
 //! Handlers read and write rows and blobs; workers build what is kept. What they accept is checked in
 //! full before it is enqueued, and what they refuse is a problem document that says what to change.
 
+pub mod contract;
 mod error;
 pub mod views;
 mod query;

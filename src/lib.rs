@@ -21,6 +21,9 @@ pub mod cli;
 // Refusals of requests, for every caller.
 pub mod problem;
 
+// What requests and answers hold of other crates, for the contract.
+pub mod schemas;
+
 // What the log and traces say about the work at hand.
 pub mod spans;
 

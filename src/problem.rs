@@ -7,8 +7,10 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use crate::schemas::values::Code;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// The closed list of problem types; each has one status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,9 +98,9 @@ impl ProblemType {
 }
 
 /// Place in a request, and the fault there.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct FieldError {
-    /// JSON pointer, such as `/options/table/size_m`.
+    /// A JSON pointer into the body.
     pub pointer: String,
     pub detail: String,
 }
@@ -106,6 +108,37 @@ pub struct FieldError {
 impl FieldError {
     pub fn new(pointer: impl Into<String>, detail: impl Into<String>) -> Self {
         Self { pointer: pointer.into(), detail: detail.into() }
+    }
+}
+
+/// A refusal (RFC 9457).
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "Problem")]
+pub struct ProblemDocument<'a> {
+    #[serde(rename = "type")]
+    #[schemars(with = "ProblemType")]
+    kind: String,
+    /// The reason phrase of the status.
+    title: &'static str,
+    #[schemars(range(min = 400, max = 599))]
+    status: u16,
+    #[schemars(with = "Code")]
+    code: &'a str,
+    /// Correction.
+    detail: &'a str,
+    request_id: &'a str,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    errors: &'a [FieldError],
+}
+
+impl JsonSchema for ProblemType {
+    fn schema_name() -> Cow<'static, str> {
+        "ProblemType".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let uris: Vec<String> = Self::ALL.iter().map(|kind| kind.uri()).collect();
+        json_schema!({ "description": "Type of a problem; each has one status.", "type": "string", "enum": uris })
     }
 }
 
@@ -194,19 +227,15 @@ impl Problem {
     }
 
     /// The document, with the id of the request it answers.
-    pub fn document(&self, request_id: &str) -> serde_json::Value {
-        let (status, title) = (self.kind.status(), self.kind.title());
-        let mut document = json!({
-            "type": self.kind.uri(),
-            "title": title,
-            "status": status,
-            "code": self.code,
-            "detail": self.detail,
-            "request_id": request_id,
-        });
-        if !self.errors.is_empty() {
-            document["errors"] = json!(self.errors);
-        }
-        document
+    pub fn document(&self, request_id: &str) -> Value {
+        json!(ProblemDocument {
+            kind: self.kind.uri(),
+            title: self.kind.title(),
+            status: self.kind.status(),
+            code: &self.code,
+            detail: &self.detail,
+            request_id,
+            errors: &self.errors,
+        })
     }
 }

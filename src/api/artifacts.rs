@@ -3,7 +3,8 @@
 use axum::Json;
 use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::download::{Content, Download, respond};
 use super::extract::{PathId, PathName, TenantApi};
@@ -13,12 +14,18 @@ use super::views::ArtifactView;
 use crate::problem::Problem;
 use scene::SceneId;
 
+/// The artifacts of a scene by name.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct ArtifactList {
+    artifacts: Vec<ArtifactView>,
+}
+
 /// `GET /scenes/{scene_id}/artifacts`.
 pub async fn list(api: TenantApi, PathId(scene_id): PathId<SceneId>) -> Result<Response, Problem> {
     find(&api, &scene_id).await?;
     let rows = api.store.artifacts(&api.tenant_id, &scene_id).await?;
-    let views: Vec<ArtifactView> = rows.into_iter().map(|row| ArtifactView::new(&scene_id, row)).collect();
-    Ok(Json(json!({ "artifacts": views })).into_response())
+    let artifacts = rows.into_iter().map(|row| ArtifactView::new(&scene_id, row)).collect();
+    Ok(Json(ArtifactList { artifacts }).into_response())
 }
 
 /// `GET /scenes/{scene_id}/artifacts/{*name}`.

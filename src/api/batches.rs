@@ -12,6 +12,7 @@ mod views;
 use axum::Json;
 use axum::extract::Request;
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::accepted::accepted_at;
@@ -19,6 +20,7 @@ use super::enqueue::Delivery;
 use super::extract::{JsonRequest, OptionalJsonBody, PathId, TenantApi};
 use super::query::{Page, PageSize, PageToken, Parameters};
 use crate::problem::{Problem, ProblemType};
+use crate::schemas::values::BatchBudget;
 use ::batches::BatchState;
 use scene::BatchId;
 use store::batches::{BatchCancelOutcome, BatchFilter, BatchRetryOutcome, BatchRow};
@@ -48,9 +50,10 @@ pub struct ListParameters {
 }
 
 /// A page of batches.
-#[derive(Serialize)]
-struct BatchPage {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct BatchPage {
     batches: Vec<BatchView>,
+    /// Null on the last page.
     next_page_token: Option<String>,
 }
 
@@ -92,9 +95,12 @@ pub async fn cancel(api: TenantApi, PathId(batch_id): PathId<BatchId>) -> Result
 }
 
 /// The optional body of a retry.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(rename = "BatchRetry")]
 pub struct RetryBody {
+    /// The new budget of the batch, with what is spent already.
+    #[schemars(with = "Option<BatchBudget>")]
     budget_usd: Option<BudgetUsd>,
 }
 

@@ -3,11 +3,13 @@
 //! The whole archive comes from the pipeline. One format's archive is cut from it entry by entry (same
 //! names, same compressed bytes), once; then it is a blob like the other.
 
+use std::borrow::Cow;
 use std::io::Cursor;
 
 use axum::http::{HeaderMap, Method};
 use axum::response::Response;
 use bytes::Bytes;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use zip::result::ZipResult;
 use zip::{ZipArchive, ZipWriter};
@@ -39,11 +41,22 @@ pub struct BundleParameters {
 /// One of [`FORMATS`], or `all`.
 #[derive(Deserialize)]
 #[serde(try_from = "String")]
-struct BundleFormat(String);
+pub(super) struct BundleFormat(String);
 
 impl BundleFormat {
     fn as_str(&self) -> &str {
         &self.0
+    }
+}
+
+impl JsonSchema for BundleFormat {
+    fn schema_name() -> Cow<'static, str> {
+        "BundleFormat".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let names: Vec<&str> = FORMATS.into_iter().chain(["all"]).collect();
+        json_schema!({ "description": "Format of a scene, or all.", "type": "string", "enum": names })
     }
 }
 

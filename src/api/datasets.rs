@@ -3,13 +3,14 @@
 //! A dataset is frozen in the background (see `freezer`). The files of a version never change; each has a strong
 //! `ETag`, its SHA-256, and is sent in ranges.
 
-mod request;
-mod views;
+pub(super) mod request;
+pub(super) mod views;
 
 use axum::Json;
 use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -63,9 +64,10 @@ pub struct ListParameters {
 }
 
 /// A page of datasets.
-#[derive(Serialize)]
-struct DatasetPage {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct DatasetPage {
     datasets: Vec<DatasetView>,
+    /// Null on the last page.
     next_page_token: Option<String>,
 }
 
@@ -102,13 +104,18 @@ pub async fn verify(api: TenantApi, PathId(dataset_id): PathId<DatasetId>) -> Re
     }
 }
 
+/// The files of a version.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct DatasetFiles {
+    files: Vec<DatasetFileView>,
+}
+
 /// `GET /datasets/{dataset_id}/files`.
 pub async fn files(api: TenantApi, PathId(dataset_id): PathId<DatasetId>) -> Result<Response, Problem> {
     let dataset = frozen(&api, &dataset_id).await?;
     let files = api.store.dataset_files(&dataset.id).await?;
-    let files: Vec<DatasetFileView> =
-        files.into_iter().map(|file| DatasetFileView::new(&dataset.id, file)).collect();
-    Ok(Json(json!({ "files": files })).into_response())
+    let files = files.into_iter().map(|file| DatasetFileView::new(&dataset.id, file)).collect();
+    Ok(Json(DatasetFiles { files }).into_response())
 }
 
 /// `GET /datasets/{dataset_id}/files/{name}`.

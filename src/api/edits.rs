@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use axum::Json;
 use axum::response::{IntoResponse, Response};
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::admission::overloaded;
@@ -16,33 +17,63 @@ use super::scene_body::terms;
 use super::scenes::{SubmitParameters, find};
 use crate::app::edit_scene::EditOrder;
 use crate::problem::Problem;
-use scene::SceneId;
+use crate::schemas::edit_accounts::EditPrediction;
+use crate::schemas::edits::EditOperations;
+use crate::schemas::narrowed_types;
+use crate::schemas::scene_request::{Labels, StoredRequest};
+use crate::schemas::scene_settings::SceneSettings;
+use crate::schemas::values::{AllowQuarantined, Deadline, NotBefore, OptionalSeed, Priority, SceneText};
 use scene::request::RequestOptions;
+use scene::{SceneId, SceneRequest};
 
 /// The body of an edit, not validated.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EditBody {
-    /// Operations as JSON, or [`Self::text`].
+    #[schemars(with = "Option<EditOperations>")]
     pub operations: Option<Vec<Value>>,
-    /// An instruction in words.
+    #[schemars(with = "Option<SceneText>")]
     pub text: Option<String>,
-    /// Whether the parent may be a scene whose certificate says quarantine.
+    #[schemars(with = "AllowQuarantined")]
     pub allow_quarantined: bool,
+    #[schemars(with = "OptionalSeed")]
     pub seed: Option<u64>,
+    #[schemars(with = "Labels")]
     pub labels: BTreeMap<String, String>,
     pub options: EditOptions,
+    #[schemars(with = "Priority")]
     pub priority: Option<i64>,
+    #[schemars(with = "NotBefore")]
     pub not_before: Option<Time>,
+    #[schemars(with = "Deadline")]
     pub deadline: Option<Time>,
 }
 
-/// The options that an edit may have; the others are about texts and images.
-#[derive(Clone, Debug, Default, Deserialize)]
+/// Exactly one of `operations` and `text` states the change.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+pub enum EditSubmission {
+    Operations(OperationsEdit),
+    Instruction(InstructionEdit),
+}
+
+narrowed_types! {
+    "An edit as a list of operations." OperationsEdit = EditBody, Some("operations"), &["text"];
+    "An edit as an instruction in English words." InstructionEdit = EditBody, Some("text"), &["operations"];
+}
+
+/// Options of an edit.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EditOptions {
+    /// The most that calls of remote models may cost together; the server's usual budget when absent.
+    #[schemars(range(min = 0.0, max = 10000.0))]
     pub budget_usd: Option<f64>,
+    /// A robot that is tried in the finished scene, such as `panda`: its grasps of each object, what it can pick up,
+    /// and tasks. Takes seconds for each object.
+    #[schemars(length(min = 1, max = 63))]
     pub robot: Option<String>,
+    #[schemars(with = "SceneSettings")]
     pub set: BTreeMap<String, String>,
 }
 
@@ -66,6 +97,18 @@ impl JsonRequest for EditBody {
     const IS_SMALL: bool = false;
 }
 
+/// The edit as it is understood.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct ValidatedEdit {
+    #[schemars(extend("const" = true))]
+    valid: bool,
+    #[schemars(with = "StoredRequest")]
+    request: SceneRequest,
+    /// Places and collisions of the result; null where nothing is predicted.
+    #[schemars(with = "Option<EditPrediction>")]
+    prediction: Value,
+}
+
 /// `POST /scenes/{scene_id}/edits`.
 pub async fn submit(
     api: TenantApi,
@@ -86,7 +129,7 @@ pub async fn submit(
     let (app, request) = (api.app.clone(), submission.request);
     let predict = move |archive: &[u8]| {
         let prediction = app.predict_edit(&request, archive)?;
-        Ok(json!({ "valid": true, "request": request, "prediction": prediction }))
+        Ok(ValidatedEdit { valid: true, request, prediction: json!(prediction) })
     };
     let document = parent::compute_with(&api, &scene_id, &parent, permit, predict).await?;
     Ok(Json(document).into_response())

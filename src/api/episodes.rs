@@ -5,12 +5,13 @@
 //! formats have strong `ETag`s, their SHA-256, and are sent in ranges.
 
 mod content;
-mod download;
+pub(super) mod download;
 mod request;
-mod views;
+pub(super) mod views;
 
 use axum::Json;
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::accepted::accepted_at;
@@ -78,9 +79,10 @@ pub struct ListParameters {
 }
 
 /// A page of recordings.
-#[derive(Serialize)]
-struct RecordingPage {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct RecordingPage {
     recordings: Vec<RecordingView>,
+    /// Null on the last page.
     next_page_token: Option<String>,
 }
 

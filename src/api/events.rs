@@ -6,6 +6,7 @@
 //! repeats nothing. A stream therefore ends after a while, so that no client holds a place for ever
 //! ([`stream_limits`]).
 
+pub mod content;
 pub mod hub;
 pub mod stream_limits;
 pub mod subject;

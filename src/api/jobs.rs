@@ -3,8 +3,8 @@
 use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::accepted::accepted_at;
 use super::extract::{JsonRequest, OptionalJsonBody, PathId, TenantApi};
@@ -37,9 +37,10 @@ pub struct ListParameters {
 }
 
 /// A page of jobs.
-#[derive(Serialize)]
-struct JobPage {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct JobPage {
     jobs: Vec<JobView>,
+    /// Null on the last page.
     next_page_token: Option<String>,
 }
 
@@ -73,12 +74,17 @@ pub async fn show(api: TenantApi, PathId(job_id): PathId<JobId>) -> Result<Respo
     Ok(Json(view(&api, job).await?).into_response())
 }
 
+/// The stages of a job.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct StageList {
+    stages: Vec<StageView>,
+}
+
 /// `GET /jobs/{job_id}/stages`.
 pub async fn stages(api: TenantApi, PathId(job_id): PathId<JobId>) -> Result<Response, Problem> {
     find(&api, &job_id).await?;
     let rows = api.store.stages(&api.tenant_id, &job_id).await?;
-    let views: Vec<StageView> = rows.into_iter().map(StageView::new).collect();
-    Ok(Json(json!({ "stages": views })).into_response())
+    Ok(Json(StageList { stages: rows.into_iter().map(StageView::new).collect() }).into_response())
 }
 
 /// `POST /jobs/{job_id}/cancel`.
@@ -97,10 +103,13 @@ pub async fn cancel(api: TenantApi, PathId(job_id): PathId<JobId>) -> Result<Res
     }
 }
 
-/// The optional body of a retry.
-#[derive(Debug, Default, Deserialize)]
+/// Options of a repeated job.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Retry")]
 pub struct RetryBody {
+    /// Repeat this stage of the job and everything after it all the same.
+    #[schemars(length(max = 100))]
     from_stage: Option<String>,
 }
 

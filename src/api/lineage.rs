@@ -2,13 +2,18 @@
 
 use axum::Json;
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
 use super::extract::{PathId, TenantApi};
 use super::scenes::{find, latest_job};
-use super::views::{StageView, timestamp};
+use super::views::StageView;
 use crate::problem::Problem;
+use crate::schemas::edits::EditOperations;
+use crate::schemas::scene_request::Randomize;
+use crate::schemas::values::{Id, Timestamp};
+use crate::schemas::words::{SceneState, Verdict};
 use scene::SceneId;
 use store::scenes::{SceneFilter, SceneRow};
 
@@ -18,31 +23,37 @@ const MAX_ANCESTORS: u32 = 1000;
 /// Largest number of children that are listed; `GET /scenes?parent=` has pages of all.
 const MAX_CHILDREN: u32 = 200;
 
-/// The lineage of a scene.
-#[derive(Serialize)]
-struct Lineage {
-    /// Oldest first.
+/// A scene between those that it was made from and those that were made from it.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Lineage {
+    /// Oldest first, deleted scenes too; of a longer chain the nearest 1,000.
     ancestors: Vec<LineageEntry>,
     scene: LineageEntry,
-    /// Newest first.
+    /// Newest first, at most 200; `GET /scenes` with `parent` has pages of all.
     children: Vec<LineageEntry>,
 }
 
 /// A scene and what made it.
-#[derive(Serialize)]
-struct LineageEntry {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct LineageEntry {
+    #[schemars(with = "Id")]
     id: SceneId,
+    #[schemars(with = "Option<Id>")]
     parent: Option<SceneId>,
+    #[schemars(with = "SceneState")]
     state: &'static str,
+    #[schemars(with = "Option<Verdict>")]
     verdict: Option<String>,
-    /// Of an edit.
+    /// Of an edit; null for other scenes.
+    #[schemars(with = "Option<EditOperations>")]
     operations: Option<Value>,
-    /// Of a variant.
+    /// Of a variant; null for other scenes.
+    #[schemars(with = "Option<Randomize>")]
     randomize: Option<Value>,
-    /// The instruction of an edit, or what describes the scene.
+    /// The instruction of an edit, or the text of the scene.
     text: Option<String>,
-    created_at: String,
-    /// Of its newest job, with which of them were found; only of the scene that was asked for.
+    created_at: Timestamp,
+    /// Of the newest job of the scene that was asked for; `cached` says that a result was found.
     #[serde(skip_serializing_if = "Option::is_none")]
     stages: Option<Vec<StageView>>,
 }
@@ -58,7 +69,7 @@ impl LineageEntry {
             parent: scene.parent_id,
             state: scene.state.as_str(),
             verdict: scene.verdict,
-            created_at: timestamp(scene.created_at_ms),
+            created_at: Timestamp::of_ms(scene.created_at_ms),
             stages: None,
         }
     }

@@ -6,23 +6,54 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::Api;
 use super::download::served_as;
 use crate::app::metrics::process;
 use crate::problem::{Problem, ProblemType};
+use crate::schemas::datasets::OpenDocument;
 use store::Outage;
 
 /// The contract, as it lies in the repository.
 pub const OPENAPI: &str = include_str!("../../openapi.yaml");
+
+/// State of the process.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Status {
+    status: ProbeStatus,
+}
+
+/// Result of a probe.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum ProbeStatus {
+    Ok,
+    Ready,
+}
+
+/// Version of the program.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Version {
+    name: &'static str,
+    version: &'static str,
+}
+
+/// A document by the OpenAPI Specification.
+#[derive(JsonSchema)]
+pub struct OpenApi {
+    pub openapi: String,
+    pub info: OpenDocument,
+    pub paths: OpenDocument,
+}
 
 /// Time that a scrape waits for the database; the metrics of the process are answered without it.
 const QUEUE_DEPTH_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// `GET /healthz`: the process answers.
 pub async fn healthz() -> Response {
-    Json(json!({ "status": "ok" })).into_response()
+    Json(Status { status: ProbeStatus::Ok }).into_response()
 }
 
 /// `GET /readyz`: it takes new work.
@@ -39,7 +70,7 @@ pub async fn readyz(State(api): State<Api>) -> Result<Response, Problem> {
             return Err(Problem::new(ProblemType::Unavailable, "store_unavailable", detail));
         }
     }
-    Ok(Json(json!({ "status": "ready" })).into_response())
+    Ok(Json(Status { status: ProbeStatus::Ready }).into_response())
 }
 
 /// `GET /metrics`: Prometheus text. The depth of the queue is read now, so that it is right without a worker too; where
@@ -69,7 +100,7 @@ pub async fn metrics(State(api): State<Api>) -> Response {
 
 /// `GET /version`.
 pub async fn version() -> Response {
-    Json(json!({ "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") })).into_response()
+    Json(Version { name: env!("CARGO_PKG_NAME"), version: env!("CARGO_PKG_VERSION") }).into_response()
 }
 
 /// `GET /openapi.yaml`.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use axum::extract::Request;
 use bytes::Bytes;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::admission::overloaded;
@@ -19,33 +20,83 @@ use crate::app::image;
 use crate::app::submission::{SceneOrder, Submission};
 use crate::app::terms::Terms;
 use crate::problem::{FieldError, Problem, ProblemType};
+use crate::schemas::narrowed_types;
+use crate::schemas::scene_request::{Labels, Options};
+use crate::schemas::values::{Deadline, NotBefore, OptionalSeed, Priority, SceneText};
 use scene::request::RequestOptions;
 
 /// The wire form of a request, not validated: the JSON body, or the `request` field of a multipart body.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneBody {
-    /// Description of the objects on the table; beside an image, of its content.
+    /// Description of the objects on the table; beside an image, of its content, with counts, colors, materials,
+    /// lengths and masses. There it provides labels and properties of the objects that are found; the image decides
+    /// about the table and all places.
+    #[schemars(with = "Option<SceneText>")]
     pub text: Option<String>,
+    #[schemars(with = "Option<ImageChoice>")]
     pub image: Option<ImageSource>,
+    #[schemars(with = "OptionalSeed")]
     pub seed: Option<u64>,
+    #[schemars(with = "Labels")]
     pub labels: BTreeMap<String, String>,
+    #[schemars(with = "Options")]
     pub options: RequestOptions,
-    /// Orders the jobs of the client; more is sooner.
+    #[schemars(with = "Priority")]
     pub priority: Option<i64>,
-    /// The job starts no earlier.
+    #[schemars(with = "NotBefore")]
     pub not_before: Option<Time>,
-    /// The job fails if it has not ended by then.
+    #[schemars(with = "Deadline")]
     pub deadline: Option<Time>,
 }
 
 /// URL of an image, or its bytes; one of them.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ImageSource {
-    /// Base64, alone or as a data URI.
+    /// A complete PNG, JPEG or WebP file of one still image, at most 20 MB and 64 megapixels, at least 160 pixels a
+    /// side; alone or as a data URI (`data:image/png;base64,...`), whose media type must be that of the bytes.
+    #[schemars(with = "Option<String>", extend("contentEncoding" = "base64"))]
     pub base64: Option<Base64Image>,
+    /// URL of such a file: https, at a public address. The file is fetched before the request is answered.
+    #[schemars(url)]
     pub url: Option<String>,
+}
+
+/// The source of a scene is exactly one of `text` and `image`. Beside an image, a text names what is in it. An image as
+/// a file comes in a form.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+pub enum SceneSubmission {
+    Text(TextSubmission),
+    Image(ImageSubmission),
+}
+
+narrowed_types! {
+    "A scene from a text." TextSubmission = SceneBody, Some("text"), &["image"];
+    "A scene from an image." ImageSubmission = SceneBody, Some("image"), &[];
+    "Request beside the file." FormRequest = SceneBody, None, &["image"];
+    "An image in the body." ImageBytes = ImageSource, Some("base64"), &["url"];
+    "An image elsewhere." ImageUrl = ImageSource, Some("url"), &["base64"];
+}
+
+/// Bytes of an image, or its URL.
+#[derive(JsonSchema)]
+#[schemars(inline, untagged)]
+pub enum ImageChoice {
+    Bytes(ImageBytes),
+    Url(ImageUrl),
+}
+
+/// A scene from an image file.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct SceneForm {
+    /// A PNG, JPEG or WebP file that does not move; its first bytes decide, not its name.
+    #[schemars(extend("format" = "binary"))]
+    pub image: String,
+    #[schemars(default)]
+    pub request: FormRequest,
 }
 
 impl SceneBody {

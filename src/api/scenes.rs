@@ -4,8 +4,8 @@ use axum::Json;
 use axum::extract::Request;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::enqueue::{Delivery, enqueue};
 use super::extract::{PathId, TenantApi};
@@ -13,8 +13,10 @@ use super::query::{IdFilter, LabelFilter, Page, PageSize, PageToken, Parameters,
 use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
 use super::{jobs, scene_body};
 use crate::problem::{Problem, ProblemType};
-use scene::SceneId;
+use crate::schemas::{self, scene_request::StoredRequest};
 use scene::job::SceneState;
+use scene::text_account::TextAccount;
+use scene::{SceneId, SceneRequest};
 use store::scenes::{DeleteOutcome, SceneFilter, SceneRow};
 
 /// Parameters of `POST /scenes`, and of the other requests for a new scene.
@@ -35,10 +37,22 @@ pub async fn submit(
     let (submission, _memory) = scene_body::receive(&api, request).await?;
     if validate_only {
         let text = api.app.account(&submission.request).map_err(|error| Problem::invalid(vec![error]))?;
-        let document = json!({ "valid": true, "request": submission.request, "text": text });
-        return Ok(Json(document).into_response());
+        return Ok(Json(Validated { valid: true, request: submission.request, text }).into_response());
     }
     enqueue(&api, submission, delivery).await
+}
+
+/// The request as it is understood.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Validated {
+    #[schemars(extend("const" = true))]
+    valid: bool,
+    #[schemars(with = "StoredRequest")]
+    request: SceneRequest,
+    /// The account of the text; null without a text, and where a remote model reads texts. Beside an image it is an
+    /// account before the image is recognized.
+    #[schemars(with = "Option<schemas::texts::TextAccount>")]
+    text: Option<TextAccount>,
 }
 
 /// Parameters of `GET /scenes`.
@@ -79,9 +93,10 @@ pub async fn list(
 }
 
 /// A page of scenes.
-#[derive(Serialize)]
-struct ScenePage {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct ScenePage {
     scenes: Vec<SceneView>,
+    /// Null on the last page.
     next_page_token: Option<String>,
 }
 

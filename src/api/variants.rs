@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use axum::Json;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 use super::admission::overloaded;
 use super::edits::EditOptions;
@@ -18,24 +18,38 @@ use super::scene_body::terms;
 use super::scenes::{SubmitParameters, find};
 use crate::app::variants::{Variants, VariantsOrder};
 use crate::problem::Problem;
+use crate::schemas;
+use crate::schemas::scene_request::{Labels, StoredRequest};
+use crate::schemas::values::{
+    AllowQuarantined, Deadline, Id, MAX_INTEGER, NotBefore, OptionalSeed, Priority,
+};
 use runtime::seed::child_seed;
 use scene::request::MAX_SEED;
-use scene::{Randomize, SceneId};
+use scene::{Randomize, SceneId, SceneRequest};
 
-/// The body of a request for variants, not validated.
-#[derive(Clone, Debug, Deserialize)]
+/// Number of variants, and the differences between them.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(rename = "VariantsSubmission")]
 pub struct VariantsBody {
+    #[schemars(range(min = 1, max = 1000))]
     pub count: u32,
-    /// Differences between variants; everything where it is absent.
+    /// Differences; everything where it is absent or names nothing.
+    #[schemars(with = "Option<schemas::scene_request::Randomize>")]
     pub randomize: Option<Randomize>,
     /// Whether the parent may be a scene whose certificate says quarantine.
+    #[schemars(with = "AllowQuarantined")]
     pub allow_quarantined: bool,
+    #[schemars(with = "OptionalSeed")]
     pub seed: Option<u64>,
+    #[schemars(with = "Labels")]
     pub labels: BTreeMap<String, String>,
     pub options: EditOptions,
+    #[schemars(with = "Priority")]
     pub priority: Option<i64>,
+    #[schemars(with = "NotBefore")]
     pub not_before: Option<Time>,
+    #[schemars(with = "Deadline")]
     pub deadline: Option<Time>,
 }
 
@@ -68,22 +82,41 @@ impl JsonRequest for VariantsBody {
     const IS_SMALL: bool = false;
 }
 
-/// The answer: the scenes in order.
-#[derive(Serialize)]
-struct VariantsView {
+/// The variants of a scene, in order.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Variants")]
+pub(super) struct VariantsView {
+    #[schemars(with = "Id")]
     parent: SceneId,
+    /// Seed that the seeds of the variants are drawn from.
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     seed: u64,
+    #[schemars(with = "schemas::scene_request::Randomize")]
     randomize: Randomize,
     scenes: Vec<VariantView>,
     /// Variants for which the queue has no room; the same request with the same Idempotency-Key goes on.
+    #[schemars(range(min = 0, max = 1000))]
     remaining: usize,
 }
 
-#[derive(Serialize)]
-struct VariantView {
+/// One variant.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Variant")]
+pub(super) struct VariantView {
+    #[schemars(with = "Id")]
     id: SceneId,
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     seed: u64,
     link: String,
+}
+
+/// The requests of the variants as they are understood.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct ValidatedVariants {
+    #[schemars(extend("const" = true))]
+    valid: bool,
+    #[schemars(with = "Vec<StoredRequest>")]
+    requests: Vec<SceneRequest>,
 }
 
 /// `POST /scenes/{scene_id}/variants`.
@@ -102,8 +135,8 @@ pub async fn submit(
     let body = VariantsBody { seed: body.seed.or(drawn), ..body };
     let variants = api.app.check_variants(body.order(), &parent)?;
     if validate_only {
-        let requests: Vec<_> = variants.submissions.iter().map(|submission| &submission.request).collect();
-        return Ok(Json(json!({ "valid": true, "requests": requests })).into_response());
+        let requests = variants.submissions.into_iter().map(|submission| submission.request).collect();
+        return Ok(Json(ValidatedVariants { valid: true, requests }).into_response());
     }
     enqueue_all(&api, scene_id, variants, delivery.idempotency_key).await
 }

@@ -2,11 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use crate::schemas::scene_request::{Labels, StoredRequest};
+use crate::schemas::summaries::{Metrics, Summary};
+use crate::schemas::values::{Id, Link, MAX_INTEGER, Sha256, Timestamp};
+use crate::schemas::words::{FailureClass, JobKind, JobState, SceneState, StageState, Verdict};
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
 pub use super::spending::SpendingView;
-use scene::job::JobKind;
+use scene::job;
 use scene::{DatasetId, JobId, RecordingId, SceneId};
 use store::artifacts::ArtifactRow;
 use store::events::Event;
@@ -14,24 +19,36 @@ use store::jobs::{JobRow, StageRow};
 use store::outlook::Outlook;
 use store::scenes::SceneRow;
 
-/// A scene with its newest job.
-#[derive(Serialize)]
+/// A scene and its newest job.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Scene")]
 pub struct SceneView {
+    #[schemars(with = "Id")]
     pub id: SceneId,
-    pub state: &'static str,
+    #[schemars(with = "SceneState")]
+    pub state: job::SceneState,
+    #[schemars(with = "Option<Verdict>")]
     pub verdict: Option<String>,
     pub failure: Option<FailureView>,
+    #[schemars(with = "Option<Id>")]
     pub parent: Option<SceneId>,
-    pub seed: Value,
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
+    pub seed: u64,
+    #[schemars(with = "StoredRequest")]
     pub request: Value,
+    #[schemars(with = "Labels")]
     pub labels: BTreeMap<String, String>,
+    #[schemars(with = "Option<Metrics>")]
     pub metrics: Option<Value>,
+    #[schemars(with = "Option<Summary>")]
     pub summary: Option<Value>,
-    pub created_at: String,
-    pub updated_at: String,
+    pub created_at: Timestamp,
+    pub updated_at: Timestamp,
     pub job: Option<JobView>,
+    /// Only when one scene is asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stages: Option<Vec<StageView>>,
+    /// Only when one scene is asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub artifacts: Option<Vec<ArtifactView>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -39,12 +56,17 @@ pub struct SceneView {
     pub links: SceneLinks,
 }
 
-#[derive(Serialize)]
+/// Paths of what belongs to a scene.
+#[derive(Serialize, JsonSchema)]
 pub struct SceneLinks {
     #[serde(rename = "self")]
+    #[schemars(with = "Link")]
     pub this: String,
+    #[schemars(with = "Link")]
     pub bundle: String,
+    #[schemars(with = "Link")]
     pub artifacts: String,
+    #[schemars(with = "Option<Link>")]
     pub events: Option<String>,
 }
 
@@ -59,17 +81,17 @@ impl SceneView {
                 this,
             },
             id: scene.id,
-            state: scene.state.as_str(),
+            state: scene.state,
             verdict: scene.verdict,
             failure: FailureView::new(None, scene.failure_code, scene.failure_message),
             parent: scene.parent_id,
-            seed: scene.request.get("seed").cloned().unwrap_or_default(),
+            seed: scene.request["seed"].as_u64().unwrap_or_default(),
             request: scene.request,
             labels: scene.labels,
             metrics: scene.metrics,
             summary: scene.summary,
-            created_at: timestamp(scene.created_at_ms),
-            updated_at: timestamp(scene.updated_at_ms),
+            created_at: Timestamp::of_ms(scene.created_at_ms),
+            updated_at: Timestamp::of_ms(scene.updated_at_ms),
             job,
             stages: None,
             artifacts: None,
@@ -78,9 +100,12 @@ impl SceneView {
     }
 }
 
-#[derive(Serialize)]
+/// Reason of the failure.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Failure")]
 pub struct FailureView {
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<FailureClass>")]
     pub class: Option<String>,
     pub code: String,
     pub message: String,
@@ -92,40 +117,65 @@ impl FailureView {
     }
 }
 
-#[derive(Serialize)]
+/// An operation on a scene, a dataset or a recording.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Job")]
 pub struct JobView {
+    #[schemars(with = "Id")]
     pub id: JobId,
-    pub kind: &'static str,
-    pub state: &'static str,
+    #[schemars(with = "JobKind")]
+    pub kind: job::JobKind,
+    #[schemars(with = "JobState")]
+    pub state: job::JobState,
+    #[schemars(with = "Option<Id>")]
     pub scene_id: Option<SceneId>,
+    #[schemars(with = "Option<Id>")]
     pub dataset_id: Option<DatasetId>,
+    #[schemars(with = "Option<Id>")]
     pub recording_id: Option<RecordingId>,
+    /// Of an attempt of a recording, from 0. Absent from other jobs.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     pub attempt_number: Option<u64>,
+    #[schemars(with = "Option<Id>")]
     pub retry_of: Option<JobId>,
     pub from_stage: Option<String>,
+    /// Tries since the last progress.
+    #[schemars(range(min = 0, max = 2_147_483_647))]
     pub attempt: i64,
+    /// Place among the client's own queued scenes, 1 is next. Absent unless the job waits and builds a scene.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = MAX_INTEGER))]
     pub queue_position: Option<i64>,
+    /// Probable end of the job, by the durations of jobs that ended lately and the jobs that run now. Absent
+    /// where these say nothing, and once the job has ended.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub estimated_finish_at: Option<String>,
+    pub estimated_finish_at: Option<Timestamp>,
     pub failure: Option<FailureView>,
-    pub created_at: String,
-    pub started_at: Option<String>,
-    pub finished_at: Option<String>,
+    pub created_at: Timestamp,
+    pub started_at: Option<Timestamp>,
+    pub finished_at: Option<Timestamp>,
     pub links: JobLinks,
 }
 
-#[derive(Serialize)]
+/// Paths of what belongs to a job.
+#[derive(Serialize, JsonSchema)]
 pub struct JobLinks {
     #[serde(rename = "self")]
+    #[schemars(with = "Link")]
     pub this: String,
+    #[schemars(with = "Link")]
     pub events: String,
+    #[schemars(with = "Link")]
     pub stages: String,
+    #[schemars(with = "Option<Link>")]
     pub scene: Option<String>,
+    #[schemars(with = "Option<Link>")]
     pub dataset: Option<String>,
+    #[schemars(with = "Option<Link>")]
     pub recording: Option<String>,
     /// The answer of an execution.
+    #[schemars(with = "Option<Link>")]
     pub execution: Option<String>,
 }
 
@@ -138,13 +188,13 @@ impl JobView {
                 stages: format!("{this}/stages"),
                 scene: job.scene_id.as_ref().map(|id| format!("/scenes/{id}")),
                 dataset: job.dataset_id.as_ref().map(|id| format!("/datasets/{id}")),
-                execution: (job.kind == JobKind::ExecuteTask).then(|| format!("/executions/{}", job.id)),
+                execution: (job.kind == job::JobKind::ExecuteTask).then(|| format!("/executions/{}", job.id)),
                 recording: job.recording_id.as_ref().map(|id| format!("/episodes/{id}")),
                 this,
             },
             id: job.id,
-            kind: job.kind.as_str(),
-            state: job.state.as_str(),
+            kind: job.kind,
+            state: job.state,
             scene_id: job.scene_id,
             dataset_id: job.dataset_id,
             recording_id: job.recording_id,
@@ -153,26 +203,34 @@ impl JobView {
             from_stage: job.from_stage,
             attempt: job.attempt,
             queue_position: outlook.queue_position,
-            estimated_finish_at: outlook.finish_at_ms.map(timestamp),
+            estimated_finish_at: outlook.finish_at_ms.map(Timestamp::of_ms),
             failure: FailureView::new(job.failure_class, job.failure_code, job.failure_message),
-            created_at: timestamp(job.created_at_ms),
-            started_at: job.started_at_ms.map(timestamp),
-            finished_at: job.finished_at_ms.map(timestamp),
+            created_at: Timestamp::of_ms(job.created_at_ms),
+            started_at: job.started_at_ms.map(Timestamp::of_ms),
+            finished_at: job.finished_at_ms.map(Timestamp::of_ms),
         }
     }
 }
 
-#[derive(Serialize)]
+/// One stage of a job.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Stage")]
 pub struct StageView {
     pub stage: String,
     /// Absent when the stage works on the whole scene.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub instance: String,
+    #[schemars(with = "StageState")]
     pub state: String,
+    /// Found, not computed, when the job last passed here.
     pub cached: bool,
+    /// Number of times that this job started computing it.
+    #[schemars(range(min = 0, max = 2_147_483_647))]
     pub runs: i64,
+    /// Duration of the computation, in whichever job it ran.
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     pub elapsed_ms: Option<i64>,
-    pub started_at: String,
+    pub started_at: Timestamp,
 }
 
 impl StageView {
@@ -184,18 +242,24 @@ impl StageView {
             cached: row.cached,
             runs: row.runs,
             elapsed_ms: row.elapsed_ms,
-            started_at: timestamp(row.started_at_ms),
+            started_at: Timestamp::of_ms(row.started_at_ms),
         }
     }
 }
 
-#[derive(Serialize)]
+/// A file that a stage put aside.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Artifact")]
 pub struct ArtifactView {
     pub name: String,
     pub stage: String,
     pub media_type: String,
+    /// Bytes.
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     pub size: u64,
+    #[schemars(with = "Sha256")]
     pub sha256: String,
+    #[schemars(with = "Link")]
     pub url: String,
 }
 
@@ -215,32 +279,13 @@ impl ArtifactView {
 #[derive(Serialize)]
 pub struct EventView {
     pub seq: i64,
-    pub at: String,
+    pub at: Timestamp,
     pub kind: String,
     pub data: Value,
 }
 
 impl EventView {
     pub fn new(event: Event) -> Self {
-        Self { seq: event.seq, at: timestamp(event.at_ms), kind: event.kind, data: event.data }
-    }
-}
-
-/// RFC 3339 in UTC with milliseconds, of milliseconds since 1970.
-pub fn timestamp(ms: i64) -> String {
-    let time = jiff::Timestamp::from_millisecond(ms).unwrap_or_default();
-    time.strftime("%Y-%m-%dT%H:%M:%S%.3fZ").to_string()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn timestamp_formats_known_times() {
-        assert_eq!(timestamp(0), "1970-01-01T00:00:00.000Z");
-        assert_eq!(timestamp(951_782_400_000), "2000-02-29T00:00:00.000Z");
-        assert_eq!(timestamp(1_763_722_805_042), "2025-11-21T11:00:05.042Z");
-        assert_eq!(timestamp(-1), "1969-12-31T23:59:59.999Z");
+        Self { seq: event.seq, at: Timestamp::of_ms(event.at_ms), kind: event.kind, data: event.data }
     }
 }

@@ -1,5 +1,6 @@
 //! Tasks for a robot in the scene of a bundle: proposed by rules, read from an instruction, or the scene's own.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::App;
@@ -10,6 +11,8 @@ use super::submission::check_text;
 use crate::config::Resolved;
 use crate::pipeline::task_scene::BundleScene;
 use crate::problem::{FieldError, Problem, ProblemType};
+use crate::schemas;
+use crate::schemas::values::MAX_INTEGER;
 use embedded::analyst;
 use manipulation::execution::{KnownGrasps, Rehearsal};
 use remote::settings::AnalystProvider;
@@ -19,17 +22,21 @@ use tasks::proposals::{ProposedTask, propose, propose_if};
 use tasks::text::own_task;
 use tasks::{Reading, Refusal, Task, validate};
 
-/// The tasks of a scene.
-#[derive(Clone, Debug, Serialize)]
+/// Proposed tasks of a robot in a scene.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SceneTasks {
     pub robot: String,
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     pub seed: u64,
-    /// Task of the scene's own text, where it was an instruction.
+    /// The task of the scene's own text, where it was an instruction.
+    #[schemars(with = "Option<schemas::tasks::Task>")]
     pub own: Option<Task>,
     /// Task of the given instruction.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<schemas::tasks::Task>")]
     pub instructed: Option<Task>,
-    /// Proposed tasks, where no instruction was given.
+    /// Empty where an instruction was given.
+    #[schemars(with = "Vec<schemas::tasks::ProposedTask>")]
     pub proposed: Vec<ProposedTask>,
 }
 

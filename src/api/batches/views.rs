@@ -1,51 +1,71 @@
 //! Batches as clients see them.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::api::views::timestamp;
+use crate::schemas;
+use crate::schemas::values::{BatchBudget, Id, Link, Timestamp};
+use crate::schemas::words::BatchState;
 use ::batches::RequestCounts;
 use scene::{BatchId, MicroUsd};
 use store::batches::{BatchAccount, BatchRow};
 
-/// A batch and how far it is.
-#[derive(Serialize)]
-pub(super) struct BatchView {
+/// Many requests for scenes.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Batch")]
+pub(in crate::api) struct BatchView {
+    #[schemars(with = "Id")]
     id: BatchId,
     name: Option<String>,
+    #[schemars(with = "BatchState")]
     state: &'static str,
+    #[schemars(with = "schemas::batches::RequestCounts")]
     request_counts: RequestCounts,
-    /// Share of the requests that are computed to their end, of those that are computed at all.
+    /// Share of the requests that came to their end, without duplicates and invalid ones.
+    #[schemars(range(min = 0.0, max = 1.0))]
     progress: f64,
     /// Absent before the first request has ended, and after the last.
     estimate: Option<EstimateView>,
     spending: BatchSpendingView,
-    created_at: String,
-    finished_at: Option<String>,
+    created_at: Timestamp,
+    finished_at: Option<Timestamp>,
     pub(super) links: BatchLinks,
 }
 
-/// Expected end of a batch.
-#[derive(Serialize)]
-struct EstimateView {
+/// By the pace of the requests that ended last.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "BatchEstimate")]
+pub(in crate::api) struct EstimateView {
+    #[schemars(range(min = 0.0, max = 1000000000.0))]
     scenes_per_hour: f64,
+    #[schemars(range(min = 0.0, max = 3200000000.0))]
     time_left_s: f64,
-    finish_at: String,
+    finish_at: Timestamp,
 }
 
-/// Money of a batch, US dollars.
-#[derive(Serialize)]
-struct BatchSpendingView {
+/// Calls of remote models for all requests, US dollars.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "BatchSpending")]
+pub(in crate::api) struct BatchSpendingView {
+    #[schemars(with = "Option<BatchBudget>")]
     budget_usd: Option<f64>,
+    #[schemars(range(min = 0.0, max = 9000000000.0))]
     spent_usd: f64,
+    #[schemars(range(min = 0.0, max = 9000000000.0))]
     reserved_usd: f64,
 }
 
-#[derive(Serialize)]
-pub(super) struct BatchLinks {
+/// Paths of what belongs to a batch.
+#[derive(Serialize, JsonSchema)]
+pub(in crate::api) struct BatchLinks {
     #[serde(rename = "self")]
+    #[schemars(with = "Link")]
     pub(super) this: String,
+    #[schemars(with = "Link")]
     output: String,
+    #[schemars(with = "Link")]
     errors: String,
+    #[schemars(with = "Link")]
     jobs: String,
 }
 
@@ -70,7 +90,7 @@ impl BatchView {
             estimate: estimate.map(|(scenes_per_hour, left)| EstimateView {
                 scenes_per_hour,
                 time_left_s: left.as_secs_f64(),
-                finish_at: timestamp(
+                finish_at: Timestamp::of_ms(
                     at_ms.saturating_add(i64::try_from(left.as_millis()).unwrap_or(i64::MAX)),
                 ),
             }),
@@ -79,8 +99,8 @@ impl BatchView {
                 spent_usd: money.spent.usd(),
                 reserved_usd: money.reserved.usd(),
             },
-            created_at: timestamp(row.created_at_ms),
-            finished_at: row.finished_at_ms.map(timestamp),
+            created_at: Timestamp::of_ms(row.created_at_ms),
+            finished_at: row.finished_at_ms.map(Timestamp::of_ms),
         }
     }
 }

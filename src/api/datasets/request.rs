@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -9,6 +10,8 @@ use crate::api::extract::{JsonRequest, TenantApi};
 use crate::api::query::LabelFilter;
 use crate::freezer::{DatasetRequest, DatasetSource};
 use crate::problem::{FieldError, Problem, ProblemType};
+use crate::schemas::datasets::{DatasetFilter, SharingKind, SplitRatios};
+use crate::schemas::values::{Id, Label, MAX_INTEGER};
 use datasets::facts::normalized;
 use datasets::filter::Filter;
 use datasets::freeze;
@@ -29,24 +32,38 @@ const MAX_SCENES: usize = 1500;
 /// The usual ratios of the splits.
 const USUAL_SPLITS: &str = "train=0.8,validation=0.1,test=0.1";
 
-/// The body, not validated.
-#[derive(Debug, Default, Deserialize)]
+/// Exactly one of `batch`, `scenes` and `label` names the scenes.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(rename = "DatasetSubmission", extend("required" = ["name"]))]
 pub struct DatasetBody {
+    #[schemars(length(min = 1, max = 64), regex(pattern = r"^[a-z0-9_-]+$"))]
     name: String,
-    /// The scenes of this batch.
+    /// A batch that has ended.
+    #[schemars(with = "Option<Id>")]
     batch: Option<BatchId>,
+    #[schemars(with = "Option<Vec<Id>>", length(min = 1, max = 1500))]
     scenes: Option<Vec<SceneId>>,
     /// The scenes with this label, `key:value`.
+    #[schemars(with = "Option<Label>")]
     label: Option<LabelFilter>,
+    #[schemars(with = "DatasetFilter")]
     filter: Filter,
-    /// Ratios by name, in the order of the splits.
+    /// Ratios with the sum 1, by names of lower-case letters, digits and `_`, in this order; 0.8 `train`, 0.1
+    /// `validation` and 0.1 `test` when absent. A split with a ratio above 0 that would be empty is an error: of this
+    /// request where the ids of `scenes` show it, else the freeze fails with `empty_split`.
+    #[schemars(with = "Option<SplitRatios>")]
     splits: Option<Map<String, Value>>,
     /// Of the assignment to splits.
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     seed: u64,
-    /// Parts that scenes of different splits must not share.
+    /// Parts that scenes of different splits must not share; all kinds when absent, nothing when empty.
+    #[schemars(with = "Option<Vec<SharingKind>>")]
     disjoint: Option<Vec<String>>,
+    /// Largest shard in MiB; 64 when absent.
+    #[schemars(range(min = 1, max = 256))]
     shard_mb: Option<u64>,
+    #[schemars(range(min = 1, max = 1_000_000))]
     shard_scenes: Option<usize>,
 }
 

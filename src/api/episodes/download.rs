@@ -3,12 +3,13 @@
 use axum::Json;
 use axum::http::{HeaderMap, Method};
 use axum::response::{IntoResponse, Response};
-use serde::Deserialize;
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::content::{file_content, media_type_of, place_of, token_after, whole};
 use super::find;
 use super::views::RecordingFileView;
+use crate::api::datasets::views::DatasetFileView;
 use crate::api::download::{Download, respond};
 use crate::api::extract::{PathId, PathName, TenantApi};
 use crate::api::query::{PageSize, PageToken, Parameters};
@@ -24,6 +25,15 @@ pub struct FileParameters {
     page_token: Option<PageToken>,
 }
 
+/// A page of the files of a recording.
+#[derive(Serialize, JsonSchema)]
+pub struct RecordingFilePage {
+    #[schemars(with = "Vec<DatasetFileView>")]
+    files: Vec<RecordingFileView>,
+    /// Null on the last page.
+    next_page_token: Option<String>,
+}
+
 /// `GET /episodes/{recording_id}/files`.
 pub async fn files(
     api: TenantApi,
@@ -35,9 +45,8 @@ pub async fn files(
     let after = parameters.page_token.and_then(place_of);
     let files = api.store.recording_files(&row.id, after, size.rows_to_read()).await?;
     let page = size.page_of(files, |(place, _)| token_after(*place));
-    let files: Vec<RecordingFileView> =
-        page.rows.into_iter().map(|(_, file)| RecordingFileView::new(&row.id, file)).collect();
-    Ok(Json(json!({ "files": files, "next_page_token": page.next_page_token })).into_response())
+    let files = page.rows.into_iter().map(|(_, file)| RecordingFileView::new(&row.id, file)).collect();
+    Ok(Json(RecordingFilePage { files, next_page_token: page.next_page_token }).into_response())
 }
 
 /// `GET /episodes/{recording_id}/files/{name}`.

@@ -2,68 +2,99 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::content::media_type_of;
 use crate::api::extract::TenantApi;
-use crate::api::views::timestamp;
 use crate::app::episodes::EpisodesOrder;
+use crate::app::episodes::draft::EpisodesDraft;
 use crate::problem::Problem;
+use crate::schemas::episodes::{self, AttemptCount};
+use crate::schemas::values::{Id, Link, MAX_INTEGER, Sha256, Timestamp};
+use crate::schemas::words;
 use scene::{RecordingId, SceneId};
 use store::StoreError;
 use store::recordings::{RecordingArchive, RecordingFile, RecordingProgress, RecordingRow, RecordingState};
 
-/// A recording.
-#[derive(Serialize)]
-pub(super) struct RecordingView {
+/// Demonstrations of tasks in a scene, and the dataset that becomes of them.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Recording")]
+pub(in crate::api) struct RecordingView {
+    #[schemars(with = "Id")]
     id: RecordingId,
+    #[schemars(with = "Id")]
     scene_id: SceneId,
+    #[schemars(with = "words::RecordingState")]
     state: &'static str,
+    #[schemars(with = "EpisodesDraft")]
     order: Value,
+    #[schemars(with = "episodes::RecordingProgress")]
     progress: RecordingProgress,
-    /// Number of attempts by outcome.
+    /// Number of attempts by result, `success` or the reason of a failure.
+    #[schemars(with = "BTreeMap<String, AttemptCount>")]
     attempts: BTreeMap<String, u64>,
     failure: Option<RecordingFailureView>,
     dataset: Option<RecordedDatasetView>,
-    created_at: String,
-    started_at: Option<String>,
-    finished_at: Option<String>,
+    created_at: Timestamp,
+    started_at: Option<Timestamp>,
+    finished_at: Option<Timestamp>,
     pub(super) links: RecordingLinks,
 }
 
-#[derive(Serialize)]
-struct RecordingFailureView {
+/// Reason why a recording failed.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RecordingFailure")]
+pub struct RecordingFailureView {
+    #[schemars(regex(pattern = r"^[a-z0-9_]+$"))]
     code: String,
     message: String,
 }
 
 /// Content of the recorded dataset.
-#[derive(Serialize)]
-struct RecordedDatasetView {
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RecordedDataset")]
+pub(in crate::api) struct RecordedDatasetView {
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     episodes: u64,
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     frames: u64,
     formats: Vec<RecordedFormatView>,
 }
 
-#[derive(Serialize)]
-struct RecordedFormatView {
+/// The dataset in one format.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RecordedFormat")]
+pub(in crate::api) struct RecordedFormatView {
+    #[schemars(with = "words::EpisodeFormat")]
     format: String,
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     files: u64,
-    /// The archive of all files.
+    /// All files as one tar archive.
+    #[schemars(with = "Link")]
     archive: String,
     /// Of the archive, bytes.
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     size: u64,
+    /// Of the archive.
+    #[schemars(with = "Option<Sha256>")]
     sha256: Option<String>,
 }
 
-#[derive(Serialize)]
-pub(super) struct RecordingLinks {
+/// Paths of what belongs to a recording.
+#[derive(Serialize, JsonSchema)]
+pub(in crate::api) struct RecordingLinks {
     #[serde(rename = "self")]
+    #[schemars(with = "Link")]
     pub(super) this: String,
+    #[schemars(with = "Link")]
     scene: String,
+    #[schemars(with = "Link")]
     events: String,
+    #[schemars(with = "Link")]
     files: String,
+    #[schemars(with = "Link")]
     cancel: String,
 }
 
@@ -123,9 +154,9 @@ impl RecordingView {
             attempts,
             failure: failure.map(|(code, message)| RecordingFailureView { code, message }),
             dataset,
-            created_at: timestamp(row.created_at_ms),
-            started_at: row.started_at_ms.map(timestamp),
-            finished_at: row.finished_at_ms.map(timestamp),
+            created_at: Timestamp::of_ms(row.created_at_ms),
+            started_at: row.started_at_ms.map(Timestamp::of_ms),
+            finished_at: row.finished_at_ms.map(Timestamp::of_ms),
         })
     }
 }
@@ -144,7 +175,7 @@ impl RecordedFormatView {
 
 /// A file of a dataset.
 #[derive(Serialize)]
-pub(super) struct RecordingFileView {
+pub(in crate::api) struct RecordingFileView {
     path: String,
     media_type: &'static str,
     size: u64,

@@ -1,5 +1,6 @@
 //! Orders of executions: as a client states them, checked, and as they are stored.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -7,23 +8,29 @@ use super::TaskSource;
 use crate::app::submission::check_text;
 use crate::app::tasks::robot_named;
 use crate::problem::{FieldError, Problem};
+use crate::schemas;
+use crate::schemas::values::MAX_INTEGER;
 use scene::request::MAX_SEED;
 use tasks::Task;
 
-/// An order of an execution as a client states it, not checked.
-#[derive(Clone, Debug, Deserialize)]
+/// Task of a robot, in words or as a document; one of `text` and `task`.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(rename = "ExecutionRequest", extend("oneOf" = [{ "required": ["text"] }, { "required": ["task"] }]))]
 pub struct ExecutionDraft {
-    /// An instruction in words, or [`Self::task`].
+    /// An instruction in words.
+    #[schemars(with = "schemas::episodes::Instruction")]
     pub text: Option<String>,
     /// A task as `GET /scenes/{scene_id}/tasks` gives it; it names its robot.
+    #[schemars(with = "schemas::tasks::Task")]
     pub task: Option<Value>,
-    /// The robot of an instruction in words.
+    /// The robot of an instruction in words; a task names its own.
     pub robot: String,
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     pub seed: u64,
-    /// Place of the robot's base; chosen if absent.
+    /// Place of the base of the robot; chosen by the reach of the arm if absent.
     pub base: Option<BasePlace>,
-    /// Whether the archive has a video.
+    /// Whether the archive has a video of the motion, `video.mp4`; only with `format=zip`.
     pub video: bool,
 }
 
@@ -33,14 +40,20 @@ impl Default for ExecutionDraft {
     }
 }
 
-/// Place of a robot's base, in the frame of the scene, and its direction: turned by `yaw_rad` about the vertical.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// In the frame of the scene; z is above the top of the table. The base faces x, turned by `yaw_rad` about the
+/// vertical. A place where the arm touches something is refused with `base_not_free`, one without a table near it with
+/// `table_out_of_reach`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BasePlace {
+    #[schemars(range(min = -10.0, max = 10.0))]
     pub x_m: f64,
+    #[schemars(range(min = -10.0, max = 10.0))]
     pub y_m: f64,
     /// Above the top of the table.
+    #[schemars(range(min = -10.0, max = 10.0))]
     pub z_m: f64,
+    #[schemars(range(min = -10.0, max = 10.0))]
     pub yaw_rad: f64,
 }
 
@@ -63,14 +76,14 @@ impl BasePlace {
     }
 }
 
-/// The form of the answer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// The form of the answer: verdict, task and motion as one document, or the files that `tabletopgen execute --out`
+/// writes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(extend("default" = "json"))]
 pub enum ExecutionFormat {
-    /// Verdict, task and motion as one document.
     #[default]
     Json,
-    /// The files that `tabletopgen execute --out` writes.
     Zip,
 }
 

@@ -1,0 +1,148 @@
+//! Numbers and texts that several requests or answers have.
+
+use std::borrow::Cow;
+use std::marker::PhantomData;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::Serialize;
+
+/// Name of a batch, for people.
+#[derive(JsonSchema)]
+pub struct BatchName(
+    #[schemars(length(min = 1, max = 255), regex(pattern = r"^[^\x00-\x1F\x7F-\x9F]*$"))] pub String,
+);
+
+/// US dollars.
+#[derive(JsonSchema)]
+pub struct BatchBudget(#[schemars(range(min = 0.0, max = 10_000_000.0))] pub f64);
+
+/// Description of the objects on the table; at least one letter or digit, and no control characters but tabs and line
+/// ends.
+#[derive(JsonSchema)]
+pub struct SceneText(#[schemars(length(min = 1, max = 4000), regex(pattern = TEXT_PATTERN))] pub String);
+
+/// Drawn and reported when absent.
+#[derive(Default, JsonSchema)]
+pub struct OptionalSeed(#[schemars(range(min = 0, max = MAX_INTEGER))] pub Option<u64>);
+
+/// Orders the client's own jobs; 0 is usual, more is sooner. Waiting jobs overtake more urgent ones in the end.
+#[derive(JsonSchema)]
+pub struct Priority(#[schemars(range(min = -100, max = 100))] pub Option<i64>);
+
+/// The job starts no earlier.
+#[derive(JsonSchema)]
+pub struct NotBefore(pub Option<Timestamp>);
+
+/// The job fails if it has not ended by then; later than now and than `not_before`.
+#[derive(JsonSchema)]
+pub struct Deadline(pub Option<Timestamp>);
+
+/// Edit also a scene whose certificate says quarantine.
+#[derive(JsonSchema)]
+#[schemars(extend("default" = false))]
+pub struct AllowQuarantined(pub bool);
+
+/// A file, byte for byte.
+#[derive(JsonSchema)]
+pub struct Bytes(#[schemars(extend("format" = "binary"))] pub String);
+
+/// US dollars, whole millionths.
+#[derive(JsonSchema)]
+pub struct Usd(#[schemars(range(min = 0.0, max = 1_000_000_000.0))] pub f64);
+
+/// Names of objects.
+#[derive(JsonSchema)]
+pub struct Names(pub Vec<String>);
+
+/// Greatest integer that JavaScript numbers represent exactly.
+pub const MAX_INTEGER: u64 = (1 << 53) - 1;
+
+/// A text with a visible character and no control characters but tabs and line ends.
+pub const TEXT_PATTERN: &str = r"^[^\x00-\x08\x0B\x0C\x0E-\x1F\x7F-\x9F]*[^\s\x00-\x1F\x7F-\x9F][^\x00-\x08\x0B\x0C\x0E-\x1F\x7F-\x9F]*$";
+
+/// Texts of one form, which are described in place.
+macro_rules! text {
+    ($(#[$doc:meta])* $name:ident $schema:tt) => {
+        $(#[$doc])*
+        pub struct $name;
+
+        impl JsonSchema for $name {
+            fn inline_schema() -> bool {
+                true
+            }
+
+            fn schema_name() -> Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                json_schema!($schema)
+            }
+        }
+    };
+}
+
+text!(
+    /// Id of a scene, a job, a batch, a dataset or a recording.
+    Id { "type": "string", "format": "uuid" }
+);
+text!(
+    /// Path on this server.
+    Link { "type": "string", "format": "uri-reference" }
+);
+text!(
+    /// Digest in hexadecimal digits.
+    Sha256 { "type": "string", "pattern": "^[0-9a-f]{64}$" }
+);
+text!(
+    /// Code of a failure.
+    Code { "type": "string", "pattern": "^[a-z0-9_]+$" }
+);
+text!(
+    /// Label of a scene, `key:value`.
+    Label { "type": "string", "pattern": r"^[A-Za-z0-9_.-]{1,63}:[^\x00-\x1F\x7F-\x9F]{0,255}$" }
+);
+
+/// RFC 3339 in UTC with milliseconds.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Timestamp(#[schemars(extend("format" = "date-time"))] String);
+
+impl Timestamp {
+    /// The time so many milliseconds after the start of 1970.
+    pub fn of_ms(ms: i64) -> Self {
+        let time = jiff::Timestamp::from_millisecond(ms).unwrap_or_default();
+        Self(time.strftime("%Y-%m-%dT%H:%M:%S%.3fZ").to_string())
+    }
+}
+
+/// A value that may be null where it is there at all.
+pub struct Nullable<T>(PhantomData<T>);
+
+impl<T: JsonSchema> JsonSchema for Nullable<T> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("Nullable{}", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "oneOf": [generator.subschema_for::<T>(), { "type": "null" }] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn timestamp_formats_known_times() {
+        let text = |ms| Timestamp::of_ms(ms).0;
+        assert_eq!(text(0), "1970-01-01T00:00:00.000Z");
+        assert_eq!(text(951_782_400_000), "2000-02-29T00:00:00.000Z");
+        assert_eq!(text(1_763_722_805_042), "2025-11-21T11:00:05.042Z");
+        assert_eq!(text(-1), "1969-12-31T23:59:59.999Z");
+    }
+}
