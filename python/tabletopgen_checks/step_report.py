@@ -1,18 +1,25 @@
 """Steps that run in their order until one fails, with the seconds of each."""
 
 import re
+import shutil
 import time
 from collections.abc import Callable, Iterable
+from pathlib import Path
 
 from tabletopgen_checks.problem import Problem
 
+# A compiler that found the disk full removes what it had begun to write, so that some is free again.
+FULL_BYTES = 10**9
+NEEDED_GB = 20
 PASSED = re.compile(r"^== (.+?): (.*) \((\d+) s\)$", re.MULTILINE)
 
 
 class StepReport:
     """What the steps of a run came to, for its last lines."""
 
-    def __init__(self):
+    def __init__(self, folder: Path):
+        """`folder` is where the steps write."""
+        self.folder = folder
         self.began = time.monotonic()
         self.sentences: list[str] = []
         self.seconds: dict[str, float] = {}
@@ -29,6 +36,7 @@ class StepReport:
                 self.is_failed = True
                 sentence = "FAILED"
                 print(f"== {name} FAILED: {problem}", flush=True)
+                self.tell_full_disk()
             except KeyboardInterrupt:
                 self.is_failed = True
                 sentence = "interrupted"
@@ -37,6 +45,13 @@ class StepReport:
             if self.is_failed:
                 return
             print(f"== {name}: {sentence} ({self.seconds[name]:.0f} s)", flush=True)
+
+    def tell_full_disk(self):
+        """Names the cause of many errors that do not name it."""
+        free_bytes = shutil.disk_usage(self.folder).free if self.folder.exists() else FULL_BYTES
+        if free_bytes < FULL_BYTES:
+            free_mb = free_bytes // 10**6
+            print(f"== the disk of {self.folder} is full, {free_mb} MB are left: all steps take about {NEEDED_GB} GB", flush=True)
 
     def take_over(self, printed: str):
         """Adds the steps that another run printed."""

@@ -71,7 +71,7 @@ def main() -> int:
         steps = steps_of(target, setup)
         if unknown := [name for name in given.only or () if name not in steps]:
             parser.error(f"no step {', '.join(unknown)}; steps are {', '.join(steps)}")
-        return run_all(steps, target) if given.only is None else run_only(steps, given.only)
+        return run_all(steps, target) if given.only is None else run_only(steps, given.only, target)
     finally:
         if setup.poll() is None:
             setup.terminate()
@@ -117,7 +117,7 @@ def steps_of(target: Path, setup: subprocess.Popen) -> dict:
 def run_all(steps: dict, target: Path) -> int:
     lane = [sys.executable, "-m", "tabletopgen_checks.test", "--target-dir", str(target)]
     lane += [word for name in LANE_BESIDE for word in ("--only", name)]
-    report, beside = StepReport(), BackgroundProgram()
+    report, beside = StepReport(target), BackgroundProgram()
 
     def finish_lane():
         report.take_over(beside.finish())
@@ -136,8 +136,8 @@ def run_all(steps: dict, target: Path) -> int:
     return int(report.is_failed)
 
 
-def run_only(steps: dict, names: list) -> int:
-    report = StepReport()
+def run_only(steps: dict, names: list, target: Path) -> int:
+    report = StepReport(target)
     report.run(steps, ["judges' environment", *names])
     return int(report.is_failed)
 

@@ -3,6 +3,9 @@
 import contextlib
 import io
 import unittest
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
 
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.step_report import StepReport
@@ -21,7 +24,7 @@ STEPS = {"one": lambda: "as it should be", "two": fails, "three": interrupted, "
 
 def run(*names):
     """The report of some steps and what they printed."""
-    report, shown = StepReport(), io.StringIO()
+    report, shown = StepReport(Path(".")), io.StringIO()
     with contextlib.redirect_stdout(shown):
         report.run(STEPS, names)
         report.summarize("make test")
@@ -43,8 +46,14 @@ class Steps(unittest.TestCase):
             self.assertIn(f"make test: FAILED in 0.0 min (one: as it should be; {name}: {words})\n", printed)
         self.assertIn("== two FAILED: no room\n", run("two")[1])
 
+    def test_a_full_disk_is_named(self):
+        for free_mb, is_full in ((12, True), (5000, False)):
+            disk = SimpleNamespace(free=free_mb * 10**6)
+            with mock.patch("shutil.disk_usage", return_value=disk):
+                self.assertEqual("is full, 12 MB are left" in run("two")[1], is_full)
+
     def test_steps_of_another_run_are_counted(self):
-        report = StepReport()
+        report = StepReport(Path("."))
         report.take_over("== a\nnoise\n== a: 3 scenes (of 3) (61 s)\n== b\n== b FAILED: no room\n   61 s  a\n")
         self.assertEqual(report.sentences, ["a: 3 scenes (of 3)"])
         self.assertEqual(report.seconds, {"a": 61.0})
