@@ -44,8 +44,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
-use axum::http::Method;
-use axum::routing::{MethodRouter, delete, get, post};
 use metrics_exporter_prometheus::PrometheusHandle;
 use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
@@ -58,6 +56,8 @@ use store::Store;
 
 use admission::AllowedHosts;
 use body_memory::BodyMemory;
+use contract::operations;
+use contract::route::{self, Route};
 use events::hub::EventHub;
 use events::stream_limits::StreamLimits;
 use serve::client_address::Proxies;
@@ -211,55 +211,63 @@ fn max_pixel_blocks(settings: &Settings) -> u32 {
     u32::try_from(settings.max_image_pixels.div_ceil(image::PIXELS_PER_BLOCK)).unwrap_or(u32::MAX).max(1)
 }
 
-/// Every route: method, path, handler. `openapi.yaml` has the same list (a test compares them).
-pub fn routes() -> Vec<(Method, &'static str, MethodRouter<Api>)> {
+/// Every route: method, path, handler, and the text of the contract.
+pub fn routes() -> Vec<Route> {
     vec![
-        (Method::POST, "/scenes", post(scenes::submit)),
-        (Method::GET, "/scenes", get(scenes::list)),
-        (Method::GET, "/scenes/{scene_id}", get(scenes::show)),
-        (Method::DELETE, "/scenes/{scene_id}", delete(scenes::remove)),
-        (Method::GET, "/scenes/{scene_id}/bundle", get(bundle::download)),
-        (Method::POST, "/scenes/{scene_id}/edits", post(edits::submit)),
-        (Method::POST, "/scenes/{scene_id}/variants", post(variants::submit)),
-        (Method::GET, "/scenes/{scene_id}/lineage", get(lineage::show)),
-        (Method::GET, "/scenes/{scene_id}/tasks", get(tasks::list)),
-        (Method::POST, "/scenes/{scene_id}/executions", post(executions::submit)),
-        (Method::POST, "/scenes/{scene_id}/episodes", post(episodes::submit)),
-        (Method::GET, "/scenes/{scene_id}/artifacts", get(artifacts::list)),
-        (Method::GET, "/scenes/{scene_id}/artifacts/{*name}", get(artifacts::download)),
-        (Method::POST, "/batches", post(batches::submit)),
-        (Method::GET, "/batches", get(batches::list)),
-        (Method::GET, "/batches/{batch_id}", get(batches::show)),
-        (Method::GET, "/batches/{batch_id}/output", get(batches::output)),
-        (Method::GET, "/batches/{batch_id}/errors", get(batches::errors)),
-        (Method::POST, "/batches/{batch_id}/cancel", post(batches::cancel)),
-        (Method::POST, "/batches/{batch_id}/retry", post(batches::retry)),
-        (Method::POST, "/datasets", post(datasets::submit)),
-        (Method::GET, "/datasets", get(datasets::list)),
-        (Method::GET, "/datasets/{dataset_id}", get(datasets::show)),
-        (Method::POST, "/datasets/{dataset_id}/verify", post(datasets::verify)),
-        (Method::GET, "/datasets/{dataset_id}/archive", get(datasets::archive)),
-        (Method::GET, "/datasets/{dataset_id}/files", get(datasets::files)),
-        (Method::GET, "/datasets/{dataset_id}/files/{*name}", get(datasets::download)),
-        (Method::GET, "/episodes", get(episodes::list)),
-        (Method::GET, "/episodes/{recording_id}", get(episodes::show)),
-        (Method::GET, "/episodes/{recording_id}/events", get(events::of_recording)),
-        (Method::POST, "/episodes/{recording_id}/cancel", post(episodes::cancel)),
-        (Method::GET, "/episodes/{recording_id}/files", get(episodes::files)),
-        (Method::GET, "/episodes/{recording_id}/files/{*name}", get(episodes::download)),
-        (Method::GET, "/episodes/{recording_id}/archives/{format}", get(episodes::archive)),
-        (Method::GET, "/executions/{execution_id}", get(executions::show)),
-        (Method::GET, "/jobs", get(jobs::list)),
-        (Method::GET, "/jobs/{job_id}", get(jobs::show)),
-        (Method::GET, "/jobs/{job_id}/stages", get(jobs::stages)),
-        (Method::GET, "/jobs/{job_id}/events", get(events::of_job)),
-        (Method::POST, "/jobs/{job_id}/cancel", post(jobs::cancel)),
-        (Method::POST, "/jobs/{job_id}/retry", post(jobs::retry)),
-        (Method::GET, "/healthz", get(probes::healthz)),
-        (Method::GET, "/readyz", get(probes::readyz)),
-        (Method::GET, "/metrics", get(probes::metrics)),
-        (Method::GET, "/version", get(probes::version)),
-        (Method::GET, "/openapi.yaml", get(probes::openapi)),
+        route::post("/scenes", scenes::submit, operations::submit_scene),
+        route::get("/scenes", scenes::list, operations::list_scenes),
+        route::get("/scenes/{scene_id}", scenes::show, operations::get_scene),
+        route::delete("/scenes/{scene_id}", scenes::remove, operations::delete_scene),
+        route::get("/scenes/{scene_id}/bundle", bundle::download, operations::get_bundle),
+        route::post("/scenes/{scene_id}/edits", edits::submit, operations::edit_scene),
+        route::post("/scenes/{scene_id}/variants", variants::submit, operations::make_variants),
+        route::get("/scenes/{scene_id}/lineage", lineage::show, operations::get_lineage),
+        route::get("/scenes/{scene_id}/tasks", tasks::list, operations::list_tasks),
+        route::post("/scenes/{scene_id}/executions", executions::submit, operations::execute_task),
+        route::post("/scenes/{scene_id}/episodes", episodes::submit, operations::submit_episodes),
+        route::get("/scenes/{scene_id}/artifacts", artifacts::list, operations::list_artifacts),
+        route::get("/scenes/{scene_id}/artifacts/{*name}", artifacts::download, operations::get_artifact),
+        route::post("/batches", batches::submit, operations::submit_batch),
+        route::get("/batches", batches::list, operations::list_batches),
+        route::get("/batches/{batch_id}", batches::show, operations::get_batch),
+        route::get("/batches/{batch_id}/output", batches::output, operations::get_batch_output),
+        route::get("/batches/{batch_id}/errors", batches::errors, operations::get_batch_errors),
+        route::post("/batches/{batch_id}/cancel", batches::cancel, operations::cancel_batch),
+        route::post("/batches/{batch_id}/retry", batches::retry, operations::retry_batch),
+        route::post("/datasets", datasets::submit, operations::submit_dataset),
+        route::get("/datasets", datasets::list, operations::list_datasets),
+        route::get("/datasets/{dataset_id}", datasets::show, operations::get_dataset),
+        route::post("/datasets/{dataset_id}/verify", datasets::verify, operations::verify_dataset),
+        route::get("/datasets/{dataset_id}/archive", datasets::archive, operations::get_dataset_archive),
+        route::get("/datasets/{dataset_id}/files", datasets::files, operations::list_dataset_files),
+        route::get("/datasets/{dataset_id}/files/{*name}", datasets::download, operations::get_dataset_file),
+        route::get("/episodes", episodes::list, operations::list_episodes),
+        route::get("/episodes/{recording_id}", episodes::show, operations::get_episodes),
+        route::get("/episodes/{recording_id}/events", events::of_recording, operations::list_episode_events),
+        route::post("/episodes/{recording_id}/cancel", episodes::cancel, operations::cancel_episodes),
+        route::get("/episodes/{recording_id}/files", episodes::files, operations::list_episode_files),
+        route::get(
+            "/episodes/{recording_id}/files/{*name}",
+            episodes::download,
+            operations::get_episode_file,
+        ),
+        route::get(
+            "/episodes/{recording_id}/archives/{format}",
+            episodes::archive,
+            operations::get_episode_archive,
+        ),
+        route::get("/executions/{execution_id}", executions::show, operations::get_execution),
+        route::get("/jobs", jobs::list, operations::list_jobs),
+        route::get("/jobs/{job_id}", jobs::show, operations::get_job),
+        route::get("/jobs/{job_id}/stages", jobs::stages, operations::list_stages),
+        route::get("/jobs/{job_id}/events", events::of_job, operations::list_events),
+        route::post("/jobs/{job_id}/cancel", jobs::cancel, operations::cancel_job),
+        route::post("/jobs/{job_id}/retry", jobs::retry, operations::retry_job),
+        route::get("/healthz", probes::healthz, operations::healthz),
+        route::get("/readyz", probes::readyz, operations::readyz),
+        route::get("/metrics", probes::metrics, operations::metrics),
+        route::get("/version", probes::version, operations::version),
+        route::get("/openapi.yaml", probes::openapi, operations::openapi),
     ]
 }
 
@@ -276,8 +284,8 @@ pub fn probe_router(api: Api) -> Router {
 fn router_of(api: Api, serves: impl Fn(&str) -> bool) -> Router {
     let router = routes()
         .into_iter()
-        .filter(|(_, path, _)| serves(path))
-        .fold(Router::new(), |router, (_, path, handler)| router.route(path, handler))
+        .filter(|route| serves(route.path))
+        .fold(Router::new(), |router, route| router.route(route.path, route.handler))
         .fallback(error::no_such_route)
         .method_not_allowed_fallback(error::method_not_allowed);
     layers::around(admission::around(router, &api), &api).with_state(api)

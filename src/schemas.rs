@@ -87,3 +87,26 @@ macro_rules! narrowed {
 }
 
 pub(crate) use narrowed as narrowed_types;
+
+/// Schemas that are described where they are used.
+macro_rules! in_place {
+    ($($type:ident $schema:tt)*) => {
+        $(
+            impl schemars::JsonSchema for $type {
+                fn inline_schema() -> bool {
+                    true
+                }
+
+                fn schema_name() -> std::borrow::Cow<'static, str> {
+                    stringify!($type).into()
+                }
+
+                fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                    schemars::json_schema!($schema)
+                }
+            }
+        )*
+    };
+}
+
+pub(crate) use in_place;

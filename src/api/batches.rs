@@ -7,7 +7,7 @@ mod output;
 mod parameters;
 mod receive;
 mod requests;
-mod views;
+pub(super) mod views;
 
 use axum::Json;
 use axum::extract::Request;
@@ -16,11 +16,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::accepted::accepted_at;
-use super::enqueue::Delivery;
+use super::enqueue::IdempotencyKey;
 use super::extract::{JsonRequest, OptionalJsonBody, PathId, TenantApi};
 use super::query::{Page, PageSize, PageToken, Parameters};
 use crate::problem::{Problem, ProblemType};
 use crate::schemas::values::BatchBudget;
+use crate::schemas::words;
 use ::batches::BatchState;
 use scene::BatchId;
 use store::batches::{BatchCancelOutcome, BatchFilter, BatchRetryOutcome, BatchRow};
@@ -33,7 +34,7 @@ use views::BatchView;
 pub async fn submit(
     api: TenantApi,
     Parameters(parameters): Parameters<SubmitParameters>,
-    Delivery { idempotency_key, .. }: Delivery,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
     request: Request,
 ) -> Result<Response, Problem> {
     let id = receive::receive(&api, parameters, idempotency_key, request).await?;
@@ -41,9 +42,10 @@ pub async fn submit(
 }
 
 /// Parameters of `GET /batches`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ListParameters {
+    #[schemars(with = "Option<words::BatchState>")]
     state: Option<BatchState>,
     page_size: PageSize,
     page_token: Option<PageToken>,
@@ -105,6 +107,7 @@ pub struct RetryBody {
 }
 
 impl JsonRequest for RetryBody {
+    type Schema = Self;
     const EXAMPLE: &str = r#"{"budget_usd": 10}"#;
 }
 

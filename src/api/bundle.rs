@@ -30,11 +30,12 @@ use store::scenes::SceneRow;
 const FORMATS: [&str; 5] = ["usd", "urdf", "mjcf", "sdf", "glb"];
 
 /// Parameters of `GET /scenes/{scene_id}/bundle`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BundleParameters {
+    /// Only this format's folder, with the files every format shares; `all` when absent.
     format: BundleFormat,
-    /// Whether the bundle of a quarantined scene is wanted.
+    /// Also give the bundle of a scene whose certificate says quarantine.
     quarantined: bool,
 }
 

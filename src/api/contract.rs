@@ -1,78 +1,106 @@
-//! The contract of the interface, written from its types. `openapi.yaml` is this document; a test compares them.
+//! The contract of the interface, written from its routes, extractors and types. `openapi.yaml` is this document; a
+//! test compares them.
 
+mod operation;
+pub(super) mod operations;
+pub(super) mod route;
+
+use schemars::SchemaGenerator;
 use schemars::generate::{Contract, SchemaSettings};
-use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value, json};
 
-use super::artifacts;
-use super::episodes::RecordingPage;
-use super::episodes::download::RecordingFilePage;
-use super::{batches, bundle, datasets, edits, events, jobs, lineage, probes, scene_body, scenes, variants};
-use crate::app::episodes::draft::EpisodesDraft;
-use crate::app::executions::order::{ExecutionDraft, ExecutionFormat};
-use crate::app::tasks::SceneTasks;
 use crate::problem::ProblemDocument;
-use crate::schemas::batches::{BatchRecipe, BatchRequestLine, BatchResult};
-use crate::schemas::executions::ExecutedTask;
 use crate::schemas::not_null;
-use crate::schemas::values::{BatchBudget, BatchName, Bytes};
+use operation::Operation;
 
-/// The schemas of all bodies, by name.
-pub fn schemas() -> Map<String, Value> {
-    let mut read = generator(Contract::Deserialize);
-    for add in [
-        add::<scene_body::SceneSubmission>,
-        add::<scene_body::SceneForm>,
-        add::<edits::EditSubmission>,
-        add::<variants::VariantsBody>,
-        add::<BatchRecipe>,
-        add::<BatchRequestLine>,
-        add::<BatchName>,
-        add::<BatchBudget>,
-        add::<batches::RetryBody>,
-        add::<datasets::request::DatasetBody>,
-        add::<EpisodesDraft>,
-        add::<ExecutionDraft>,
-        add::<ExecutionFormat>,
-        add::<bundle::BundleFormat>,
-        add::<jobs::RetryBody>,
-    ] {
-        add(&mut read);
+/// The whole document.
+pub fn document() -> Value {
+    let (mut read, mut written) = (generator(Contract::Deserialize), generator(Contract::Serialize));
+    let mut paths: Map<String, Value> = Map::new();
+    for route in super::routes() {
+        let mut operation = Operation::new(route.path, &mut read, &mut written);
+        (route.request)(&mut operation);
+        (route.text)(&mut operation);
+        let path = paths.entry(route.path.replace("{*", "{")).or_insert_with(|| json!({}));
+        path[route.method.as_str().to_lowercase()] = operation.into_document();
     }
-    let mut written = generator(Contract::Serialize);
-    for add in [
-        add::<scenes::ScenePage>,
-        add::<scenes::Validated>,
-        add::<edits::ValidatedEdit>,
-        add::<variants::VariantsView>,
-        add::<variants::ValidatedVariants>,
-        add::<lineage::Lineage>,
-        add::<SceneTasks>,
-        add::<ExecutedTask>,
-        add::<artifacts::ArtifactList>,
-        add::<batches::BatchPage>,
-        add::<BatchResult>,
-        add::<datasets::DatasetPage>,
-        add::<datasets::DatasetFiles>,
-        add::<RecordingPage>,
-        add::<RecordingFilePage>,
-        add::<events::content::EventPage>,
-        add::<events::content::RecordingEventPage>,
-        add::<jobs::JobPage>,
-        add::<jobs::StageList>,
-        add::<probes::Status>,
-        add::<probes::Version>,
-        add::<probes::OpenApi>,
-        add::<Bytes>,
-        add::<ProblemDocument<'_>>,
-    ] {
-        add(&mut written);
-    }
+    written.subschema_for::<ProblemDocument<'_>>();
     let mut schemas = definitions(written);
     // What is both read and answered is described as it is read, which allows more.
     schemas.extend(definitions(read));
     schemas.sort_keys();
-    schemas
+    json!({
+        "openapi": "3.1.0",
+        "info": info(),
+        "servers": [{ "url": "/" }],
+        "tags": tags(),
+        "paths": paths,
+        "components": { "headers": headers(), "responses": refusals(), "schemas": schemas },
+    })
+}
+
+fn info() -> Value {
+    json!({
+        "title": env!("CARGO_PKG_NAME"),
+        "version": env!("CARGO_PKG_VERSION"),
+        "summary": "Turns a sentence or one image into a tabletop scene a robot can be trained in.",
+        "description": "A scene is what users keep; a job is an operation on it. Submit a scene, follow its job's \
+            events, download its bundle. Errors are RFC 9457 problem documents: `type` comes from a closed list, `code` \
+            is stable and finer, `detail` says what to change, `errors` points into the body. Every response carries \
+            `x-request-id`.\n\n\
+            Every object of this document names all of its fields, and every number states its range. New fields may be \
+            added to answers; requests with unknown fields are refused. In requests, null means the same as absent.",
+        "license": { "name": "Apache-2.0", "identifier": "Apache-2.0" },
+    })
+}
+
+fn tags() -> Value {
+    let tags = [
+        ("scenes", "Scenes, their bundles and their artifacts."),
+        ("batches", "Many requests for scenes that are submitted together."),
+        ("datasets", "Frozen, verifiable sets of finished scenes."),
+        ("episodes", "Demonstrations of robots in a finished scene, recorded as datasets for policies."),
+        ("jobs", "Operations on scenes, their stages and their events."),
+        ("service", "Health, metrics, version, contract."),
+    ];
+    tags.map(|(name, description)| json!({ "name": name, "description": description })).into_iter().collect()
+}
+
+/// Headers of answers.
+fn headers() -> Value {
+    json!({
+        "Location": {
+            "description": "URL of the new resource.",
+            "schema": { "type": "string", "format": "uri-reference" },
+        },
+        "PreferenceApplied": {
+            "description": "The wait that was granted.",
+            "schema": { "type": "string", "examples": ["wait=30"] },
+        },
+        "ETag": {
+            "description": "The SHA-256 of the whole, quoted.",
+            "schema": { "type": "string", "pattern": "^\"[0-9a-f]{64}\"$" },
+        },
+        "ContentRange": { "schema": { "type": "string" } },
+        "RetryAfter": {
+            "description": "Seconds to wait before the request is sent again.",
+            "schema": { "type": "integer", "minimum": 1, "maximum": 86400 },
+        },
+    })
+}
+
+/// Answers that refuse.
+fn refusals() -> Value {
+    let content =
+        json!({ "application/problem+json": { "schema": { "$ref": "#/components/schemas/Problem" } } });
+    json!({
+        "Problem": { "description": "Reason of the refusal, and the correction.", "content": content },
+        "Busy": {
+            "description": "Not now; when to ask again.",
+            "headers": { "Retry-After": { "$ref": "#/components/headers/RetryAfter" } },
+            "content": content,
+        },
+    })
 }
 
 fn generator(contract: Contract) -> SchemaGenerator {
@@ -82,10 +110,6 @@ fn generator(contract: Contract) -> SchemaGenerator {
         settings.contract = contract;
     });
     settings.into_generator()
-}
-
-fn add<T: JsonSchema>(generator: &mut SchemaGenerator) {
-    generator.subschema_for::<T>();
 }
 
 /// The schemas of a generator by the rules of the contract.
@@ -98,7 +122,7 @@ fn definitions(mut generator: SchemaGenerator) -> Map<String, Value> {
 
 /// Formats have the names of OpenAPI, descriptions one line for each paragraph, and only simple values a default. A
 /// field that an answer may leave out is never null.
-fn apply_rules(schema: &mut Value, is_answer: bool) {
+pub(crate) fn apply_rules(schema: &mut Value, is_answer: bool) {
     match schema {
         Value::Array(items) => items.iter_mut().for_each(|item| apply_rules(item, is_answer)),
         Value::Object(map) => {

@@ -16,11 +16,12 @@ use serde_json::json;
 
 use super::accepted::accepted_at;
 use super::download::{Content, Download, respond};
-use super::enqueue::Delivery;
+use super::enqueue::IdempotencyKey;
 use super::extract::{JsonBody, PathId, PathName, TenantApi};
 use super::pieces::{self, Piece};
 use super::query::{Page, PageSize, PageToken, Parameters};
 use crate::problem::{Problem, ProblemType};
+use crate::schemas::words;
 use ::datasets::tar;
 use scene::DatasetId;
 use store::Digest;
@@ -34,7 +35,7 @@ use views::{DatasetFileView, DatasetView};
 /// `POST /datasets`.
 pub async fn submit(
     api: TenantApi,
-    Delivery { idempotency_key, .. }: Delivery,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
     JsonBody { value: body, memory: _memory }: JsonBody<DatasetBody>,
 ) -> Result<Response, Problem> {
     let (name, request) = body.checked()?;
@@ -54,10 +55,11 @@ pub async fn submit(
 }
 
 /// Parameters of `GET /datasets`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ListParameters {
     name: Option<String>,
+    #[schemars(with = "Option<words::DatasetState>")]
     state: Option<request::StateFilter>,
     page_size: PageSize,
     page_token: Option<PageToken>,

@@ -93,6 +93,7 @@ impl EditBody {
 }
 
 impl JsonRequest for EditBody {
+    type Schema = EditSubmission;
     const EXAMPLE: &str = r#"{"operations": [{"op": "remove", "target": "the lamp"}]}"#;
     const IS_SMALL: bool = false;
 }

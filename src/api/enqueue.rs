@@ -41,6 +41,28 @@ impl FromRequestParts<Api> for Delivery {
     }
 }
 
+/// The header `Idempotency-Key` alone.
+pub struct IdempotencyKey(pub(super) Option<String>);
+
+impl FromRequestParts<Api> for IdempotencyKey {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &Api) -> Result<Self, Problem> {
+        idempotency_key(&parts.headers).map(Self)
+    }
+}
+
+/// The header `Prefer` alone: the longest time that the client waits for the answer.
+pub struct Wait(pub(super) Option<Duration>);
+
+impl FromRequestParts<Api> for Wait {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, api: &Api) -> Result<Self, Problem> {
+        Ok(Self(preferred_wait(&parts.headers, api.settings.max_wait_secs)))
+    }
+}
+
 /// Enqueues a submission, waits as long as the client prefers, and answers with the scene.
 ///
 /// # Errors

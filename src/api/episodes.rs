@@ -16,13 +16,14 @@ use serde::{Deserialize, Serialize};
 
 use super::accepted::accepted_at;
 use super::admission::overloaded;
-use super::enqueue::Delivery;
+use super::enqueue::IdempotencyKey;
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters};
 use super::{parent, scenes};
 use crate::app::episodes::draft::EpisodesDraft;
 use crate::app::episodes::ordered;
 use crate::problem::{Problem, ProblemType};
+use crate::schemas::words;
 use scene::{RecordingId, SceneId};
 use store::Digest;
 use store::recordings::{
@@ -34,6 +35,7 @@ use request::StateFilter;
 use views::RecordingView;
 
 impl JsonRequest for EpisodesDraft {
+    type Schema = Self;
     const EXAMPLE: &str = r#"{"task": "put the apple in the bowl", "count": 50}"#;
 }
 
@@ -41,7 +43,7 @@ impl JsonRequest for EpisodesDraft {
 pub async fn submit(
     api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
-    Delivery { idempotency_key, .. }: Delivery,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
     JsonBody { value: draft, memory: _memory }: JsonBody<EpisodesDraft>,
 ) -> Result<Response, Problem> {
     draft.check_texts(api.settings.max_text_chars)?;
@@ -69,10 +71,11 @@ pub async fn submit(
 }
 
 /// Parameters of `GET /episodes`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ListParameters {
     scene: Option<IdFilter>,
+    #[schemars(with = "Option<words::RecordingState>")]
     state: Option<StateFilter>,
     page_size: PageSize,
     page_token: Option<PageToken>,

@@ -21,6 +21,7 @@ use axum::response::sse::{Event as SentEvent, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
 use futures::Stream;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 use tokio::time::Instant;
@@ -41,10 +42,10 @@ use subject::Subject;
 const RECONNECT: Duration = Duration::from_secs(2);
 
 /// Parameters of `GET /jobs/{job_id}/events` and `GET /episodes/{recording_id}/events`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EventParameters {
-    /// Only later events.
+    /// Only events with a larger `seq`.
     after: Sequence,
     page_size: PageSize,
 }

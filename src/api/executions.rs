@@ -5,12 +5,13 @@
 
 use axum::http::{HeaderMap, Method};
 use axum::response::Response;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::accepted::accepted_at;
 use super::admission::overloaded;
 use super::download::{Content, Download, respond};
-use super::enqueue::{Awaited, Delivery, preference_applied, wait_for};
+use super::enqueue::{Awaited, Wait, preference_applied, wait_for};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::query::Parameters;
 use super::scenes::find;
@@ -23,13 +24,16 @@ use store::executions::NewExecution;
 use store::jobs::JobRow;
 
 /// Parameters of the request.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ExecutionParameters {
+    /// `json`: verdict, task and motion as one document. `zip`: the files that `tabletopgen execute --out` writes, with
+    /// the motion as Parquet and the robot in the scene as MJCF, URDF and USD.
     format: ExecutionFormat,
 }
 
 impl JsonRequest for ExecutionDraft {
+    type Schema = Self;
     const EXAMPLE: &str = r#"{"text": "put the apple in the bowl"}"#;
 }
 
@@ -38,7 +42,7 @@ pub async fn submit(
     api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Parameters(ExecutionParameters { format }): Parameters<ExecutionParameters>,
-    delivery: Delivery,
+    Wait(wait): Wait,
     JsonBody { value: draft, memory: _memory }: JsonBody<ExecutionDraft>,
 ) -> Result<Response, Problem> {
     let order = draft.checked(format, api.settings.max_text_chars)?;
@@ -52,7 +56,7 @@ pub async fn submit(
         bundle: bundle.digest,
     };
     let job_id = api.store.submit_execution(new).await?;
-    let Some(wait) = delivery.wait else { return accepted(&api, &job_id).await };
+    let Some(wait) = wait else { return accepted(&api, &job_id).await };
     wait_for(&api, Awaited::Job(&job_id), wait).await?;
     let job = jobs::find(&api, &job_id).await?;
     let mut response = match job.state.is_final() {

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use axum::extract::{FromRequest, FromRequestParts, RawPathParams, Request};
 use axum::http::HeaderMap;
 use axum::http::request::Parts;
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
 use super::Api;
@@ -95,6 +96,8 @@ impl FromRequestParts<Api> for PathName {
 
 /// The type of a JSON body.
 pub trait JsonRequest: DeserializeOwned + Send + 'static {
+    /// The type that describes it in the contract.
+    type Schema: JsonSchema;
     /// A body for those who send another media type.
     const EXAMPLE: &str;
     /// Whether it states a few values: larger ones are refused early.

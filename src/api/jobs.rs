@@ -11,6 +11,7 @@ use super::extract::{JsonRequest, OptionalJsonBody, PathId, TenantApi};
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters, Time};
 use super::views::{JobView, StageView};
 use crate::problem::{Problem, ProblemType};
+use crate::schemas::words;
 use crate::spans;
 use scene::JobId;
 use scene::job::{JobKind, JobState};
@@ -18,16 +19,18 @@ use store::jobs::{JobFilter, JobRow, RetryOutcome};
 use store::queue::CancelOutcome;
 
 /// Parameters of `GET /jobs`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ListParameters {
+    #[schemars(with = "Option<words::JobState>")]
     state: Option<JobState>,
+    #[schemars(with = "Option<words::JobKind>")]
     kind: Option<JobKind>,
     /// Only jobs of this scene.
     scene: Option<IdFilter>,
     /// Only jobs of this dataset.
     dataset: Option<IdFilter>,
-    /// Only jobs of this recording.
+    /// Only jobs of this recording. They are removed when it ends.
     recording: Option<IdFilter>,
     /// Only jobs of this batch.
     batch: Option<IdFilter>,
@@ -114,6 +117,7 @@ pub struct RetryBody {
 }
 
 impl JsonRequest for RetryBody {
+    type Schema = Self;
     const EXAMPLE: &str = r#"{"from_stage": "reference"}"#;
 }
 

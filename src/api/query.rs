@@ -1,6 +1,8 @@
 //! Query parameters: a typed extractor, and the types of the parameters that several routes have.
 
 use crate::problem::{Problem, ProblemType};
+use crate::schemas::in_place;
+use crate::schemas::values::{LABEL_PATTERN, MAX_INTEGER};
 use axum::extract::FromRequestParts;
 use axum::extract::Query;
 use axum::http::request::Parts;
@@ -196,6 +198,24 @@ impl TryFrom<String> for Time {
     fn try_from(text: String) -> Result<Self, Self::Error> {
         text.parse().map(Self).map_err(|_| "must be a time such as 2026-01-31T12:00:00Z")
     }
+}
+
+in_place! {
+    PageSize { "type": "integer", "minimum": 1, "maximum": 200, "default": 50 }
+    PageToken {
+        "description": "`next_page_token` of the page before.",
+        "type": "string",
+        "pattern": "^[A-Za-z0-9_-]{21}[AQgw]$",
+    }
+    IdFilter { "type": "string", "format": "uuid" }
+    LabelFilter {
+        "description": "`key:value`",
+        "type": "string",
+        "pattern": LABEL_PATTERN,
+        "examples": ["project:demo"],
+    }
+    Sequence { "type": "integer", "format": "int64", "minimum": 0, "maximum": MAX_INTEGER, "default": 0 }
+    Time { "type": "string", "format": "date-time", "examples": ["2026-01-31T12:00:00Z"] }
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use super::query::{IdFilter, LabelFilter, Page, PageSize, PageToken, Parameters,
 use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
 use super::{jobs, scene_body};
 use crate::problem::{Problem, ProblemType};
+use crate::schemas::words;
 use crate::schemas::{self, scene_request::StoredRequest};
 use scene::job::SceneState;
 use scene::text_account::TextAccount;
@@ -20,10 +21,10 @@ use scene::{SceneId, SceneRequest};
 use store::scenes::{DeleteOutcome, SceneFilter, SceneRow};
 
 /// Parameters of `POST /scenes`, and of the other requests for a new scene.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SubmitParameters {
-    /// Whether the request is validated only.
+    /// Check the request as if it were submitted; enqueue nothing.
     pub(super) validate_only: bool,
 }
 
@@ -56,11 +57,14 @@ pub(super) struct Validated {
 }
 
 /// Parameters of `GET /scenes`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ListParameters {
+    /// Deleted scenes are listed only when asked for.
+    #[schemars(with = "Option<words::SceneState>")]
     state: Option<SceneState>,
     label: Option<LabelFilter>,
+    /// Only scenes made from this one.
     parent: Option<IdFilter>,
     created_after: Option<Time>,
     page_size: PageSize,

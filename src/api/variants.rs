@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::admission::overloaded;
 use super::edits::EditOptions;
-use super::enqueue::{Delivery, enqueue_one, queue_full};
+use super::enqueue::{IdempotencyKey, enqueue_one, queue_full};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::parent;
 use super::query::{Parameters, Time};
@@ -78,6 +78,7 @@ impl VariantsBody {
 }
 
 impl JsonRequest for VariantsBody {
+    type Schema = Self;
     const EXAMPLE: &str = r#"{"count": 20, "randomize": {"layout": true}}"#;
     const IS_SMALL: bool = false;
 }
@@ -124,21 +125,21 @@ pub async fn submit(
     api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Parameters(SubmitParameters { validate_only }): Parameters<SubmitParameters>,
-    delivery: Delivery,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
     JsonBody { value: body, memory: _memory }: JsonBody<VariantsBody>,
 ) -> Result<Response, Problem> {
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let scene = find(&api, &scene_id).await?;
     let parent = parent::bundle_of(&api, &scene, body.allow_quarantined).await?;
     // A key without a seed names the same variants when it comes again.
-    let drawn = delivery.idempotency_key.as_ref().map(|key| child_seed(0, key) & MAX_SEED);
+    let drawn = idempotency_key.as_ref().map(|key| child_seed(0, key) & MAX_SEED);
     let body = VariantsBody { seed: body.seed.or(drawn), ..body };
     let variants = api.app.check_variants(body.order(), &parent)?;
     if validate_only {
         let requests = variants.submissions.into_iter().map(|submission| submission.request).collect();
         return Ok(Json(ValidatedVariants { valid: true, requests }).into_response());
     }
-    enqueue_all(&api, scene_id, variants, delivery.idempotency_key).await
+    enqueue_all(&api, scene_id, variants, idempotency_key).await
 }
 
 /// Enqueues variants in order until the queue has no room.

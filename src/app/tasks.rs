@@ -46,19 +46,23 @@ pub const MAX_TASKS: usize = 50;
 const MAX_REHEARSED: usize = 10;
 
 /// Request for the tasks of a scene.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TasksRequest {
-    /// Name of a robot in `config/robots/`.
+    /// The robot that has to do them; its gripper and strength decide what it can move.
     pub robot: String,
-    /// Number of proposals, 1..=50.
+    /// Number of proposals.
+    #[schemars(range(min = 1, max = 50))]
     pub count: usize,
     /// The same scene, seed and robot give the same proposals.
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
     pub seed: u64,
     /// An instruction to read in place of proposals.
+    #[schemars(length(min = 1, max = 4000))]
     pub text: Option<String>,
     /// Whether only tasks are proposed whose grasps hold in simulation and whose motions the arm can make. Takes
-    /// seconds for each object. An instruction is not rehearsed.
+    /// seconds for each object; at most ten at a time, and one request at a time in a process. `false` proposes by
+    /// shapes and weights alone, at once.
     pub rehearsed: bool,
 }
 

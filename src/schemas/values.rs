@@ -6,6 +6,8 @@ use std::marker::PhantomData;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 
+use super::in_place;
+
 /// Name of a batch, for people.
 #[derive(JsonSchema)]
 pub struct BatchName(
@@ -60,48 +62,35 @@ pub const MAX_INTEGER: u64 = (1 << 53) - 1;
 /// A text with a visible character and no control characters but tabs and line ends.
 pub const TEXT_PATTERN: &str = r"^[^\x00-\x08\x0B\x0C\x0E-\x1F\x7F-\x9F]*[^\s\x00-\x1F\x7F-\x9F][^\x00-\x08\x0B\x0C\x0E-\x1F\x7F-\x9F]*$";
 
-/// Texts of one form, which are described in place.
-macro_rules! text {
-    ($(#[$doc:meta])* $name:ident $schema:tt) => {
-        $(#[$doc])*
-        pub struct $name;
+/// Id of a scene, a job, a batch, a dataset or a recording.
+pub struct Id;
 
-        impl JsonSchema for $name {
-            fn inline_schema() -> bool {
-                true
-            }
+/// Path on this server.
+pub struct Link;
 
-            fn schema_name() -> Cow<'static, str> {
-                stringify!($name).into()
-            }
+/// Text in a path.
+pub struct PathText;
 
-            fn json_schema(_: &mut SchemaGenerator) -> Schema {
-                json_schema!($schema)
-            }
-        }
-    };
+/// Digest in hexadecimal digits.
+pub struct Sha256;
+
+/// Code of a failure.
+pub struct Code;
+
+/// Label of a scene, `key:value`.
+pub struct Label;
+
+in_place! {
+    Id { "type": "string", "format": "uuid" }
+    Link { "type": "string", "format": "uri-reference" }
+    PathText { "type": "string", "minLength": 1 }
+    Sha256 { "type": "string", "pattern": "^[0-9a-f]{64}$" }
+    Code { "type": "string", "pattern": "^[a-z0-9_]+$" }
+    Label { "type": "string", "pattern": LABEL_PATTERN }
 }
 
-text!(
-    /// Id of a scene, a job, a batch, a dataset or a recording.
-    Id { "type": "string", "format": "uuid" }
-);
-text!(
-    /// Path on this server.
-    Link { "type": "string", "format": "uri-reference" }
-);
-text!(
-    /// Digest in hexadecimal digits.
-    Sha256 { "type": "string", "pattern": "^[0-9a-f]{64}$" }
-);
-text!(
-    /// Code of a failure.
-    Code { "type": "string", "pattern": "^[a-z0-9_]+$" }
-);
-text!(
-    /// Label of a scene, `key:value`.
-    Label { "type": "string", "pattern": r"^[A-Za-z0-9_.-]{1,63}:[^\x00-\x1F\x7F-\x9F]{0,255}$" }
-);
+/// A label, `key:value`.
+pub const LABEL_PATTERN: &str = r"^[A-Za-z0-9_.-]{1,63}:[^\x00-\x1F\x7F-\x9F]{0,255}$";
 
 /// RFC 3339 in UTC with milliseconds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]

@@ -1,7 +1,9 @@
 //! Parameters of a batch beside its requests.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::schemas::values;
 use scene::MicroUsd;
 use scene::request::MAX_BUDGET_USD;
 
@@ -9,12 +11,14 @@ use scene::request::MAX_BUDGET_USD;
 const MAX_BATCH_BUDGET_USD: f64 = 1000.0 * MAX_BUDGET_USD;
 
 /// Parameters of `POST /batches`.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SubmitParameters {
     /// For people; need not be unique.
+    #[schemars(with = "Option<values::BatchName>")]
     pub(super) name: Option<BatchName>,
-    /// The most that all requests may cost together.
+    /// The most that calls of remote models for all requests may cost together.
+    #[schemars(with = "Option<values::BatchBudget>")]
     pub(super) budget_usd: Option<QueryBudget>,
 }
 

@@ -68,6 +68,7 @@ pub struct DatasetBody {
 }
 
 impl JsonRequest for DatasetBody {
+    type Schema = Self;
     const EXAMPLE: &str = r#"{"name": "kitchen", "label": "project:demo"}"#;
 }
 

@@ -18,7 +18,7 @@ use scene::RecordingId;
 use store::recordings::{RecordingArchive, RecordingRow, RecordingState};
 
 /// Parameters of `GET /episodes/{recording_id}/files`.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FileParameters {
     page_size: PageSize,

@@ -100,3 +100,34 @@ async fn refused_requests_have_these_documents() {
     assert_json_snapshot!("invalid_parameter", redacted(server.get("/scenes?page_size=0").await.json()));
     assert_json_snapshot!("unknown_scene", redacted(server.get("/scenes/none").await.json()));
 }
+
+/// A refusal of every type, but for those of a slow or busy client, a full disk and a fault of the program.
+#[tokio::test]
+async fn each_type_of_problem_has_a_document() {
+    let server = Server::start(&Script::new(&[])).await;
+    let (scene, job) = server.submit("a mug").await;
+    server.job_is(&job, "succeeded").await;
+    let json = ("content-type", "application/json");
+    let (bundle, cancel) = (format!("/scenes/{scene}/bundle"), format!("/jobs/{job}/cancel"));
+    let requests: [(&str, Method, &str, &[(&str, &str)], &str); 9] = [
+        ("malformed_request", Method::POST, "/scenes", &[json], "{"),
+        ("unknown_field", Method::POST, "/scenes", &[json], r#"{"text": "a mug", "colour": 1}"#),
+        ("forbidden", Method::POST, "/scenes", &[json, ("origin", "https://other.example")], "{}"),
+        ("not_found", Method::GET, "/jobs/0190a3b0-0000-7000-8000-000000000001", &[], ""),
+        ("method_not_allowed", Method::DELETE, "/jobs", &[], ""),
+        ("conflict", Method::POST, &cancel, &[], ""),
+        ("unsupported_media_type", Method::POST, "/scenes", &[("content-type", "text/plain")], "a mug"),
+        ("range_not_satisfiable", Method::GET, &bundle, &[("range", "bytes=99999999-")], ""),
+        ("misdirected", Method::GET, "/healthz", &[("host", "rebound.example")], ""),
+    ];
+    for (name, method, path, headers, body) in requests {
+        assert_json_snapshot!(name, redacted(server.call(method, path, headers, body).await.json()));
+    }
+    let too_large =
+        server.post(&cancel.replace("cancel", "retry"), json!({ "from_stage": "a".repeat(1 << 17) })).await;
+    assert_json_snapshot!("payload_too_large", redacted(too_large.json()));
+    server.call(Method::DELETE, &format!("/scenes/{scene}"), &[], "").await;
+    assert_json_snapshot!("gone", redacted(server.get(&bundle).await.json()));
+    server.service.shutdown.cancel();
+    assert_json_snapshot!("unavailable", redacted(server.get("/readyz").await.json()));
+}

@@ -1,0 +1,15 @@
+//! Summaries, answers and links of the operations, which no type says.
+
+mod batches;
+mod datasets;
+mod episodes;
+mod jobs;
+mod scenes;
+mod service;
+
+pub use batches::*;
+pub use datasets::*;
+pub use episodes::*;
+pub use jobs::*;
+pub use scenes::*;
+pub use service::*;
