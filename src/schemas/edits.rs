@@ -183,7 +183,7 @@ pub struct RearrangeOperation {
 
 /// Another mass or friction, by factors; one of them or both.
 #[derive(JsonSchema)]
-#[schemars(deny_unknown_fields, transform = |schema: &mut Schema| one_at_least(schema, &["mass_factor", "friction_factor"]))]
+#[schemars(deny_unknown_fields, transform = needs_factor)]
 pub struct SetPhysicsOperation {
     #[schemars(extend("const" = "set_physics"))]
     pub op: String,
@@ -212,7 +212,7 @@ pub struct RelightOperation {
 /// Another view of the reference camera: turned about the center of the table and raised, nearer or farther, or with
 /// another focal length; at least one of them.
 #[derive(JsonSchema)]
-#[schemars(deny_unknown_fields, transform = |schema: &mut Schema| one_at_least(schema, &["turn_rad", "raise_rad", "distance_factor", "focal_factor"]))]
+#[schemars(deny_unknown_fields, transform = needs_movement)]
 pub struct MoveCameraOperation {
     #[schemars(extend("const" = "move_camera"))]
     pub op: String,
@@ -300,4 +300,12 @@ fn one_at_least(schema: &mut Schema, fields: &[&str]) {
         .map(|field| json!({ "required": [field], "properties": { *field: { "not": { "type": "null" } } } }))
         .collect();
     schema.insert("anyOf".to_owned(), alternatives.into());
+}
+
+fn needs_factor(schema: &mut Schema) {
+    one_at_least(schema, &["mass_factor", "friction_factor"]);
+}
+
+fn needs_movement(schema: &mut Schema) {
+    one_at_least(schema, &["turn_rad", "raise_rad", "distance_factor", "focal_factor"]);
 }

@@ -116,13 +116,20 @@ impl<'a> Operation<'a> {
     }
 
     /// An answer of another media type.
-    pub fn answers_as(&mut self, status: u16, description: &str, media_type: &str, schema: &Value) {
+    fn answers_as(&mut self, status: u16, description: &str, media_type: &str, schema: &Value) {
         let content = match schema {
             Value::Null => json!({}),
             schema => json!({ "schema": schema }),
         };
         self.answers_nothing(status, description);
         self.last_response()["content"][media_type] = content;
+    }
+
+    /// A stream of events as the answer.
+    pub fn streams(&mut self, description: &str, event: &str) {
+        let text = format!("`id` is the `seq`, `event` the `kind`, `data` {event} as JSON.");
+        let schema = json!({ "type": "string", "description": text });
+        self.answers_as(200, description, "text/event-stream", &schema);
     }
 
     /// A file as the answer, of some media types.
@@ -160,7 +167,11 @@ impl<'a> Operation<'a> {
         self.gives("ETag", "ETag");
         self.gives("Content-Range", "ContentRange");
         self.answers_nothing(304, "The client has it already.");
-        self.answers_nothing(307, "An address of the bucket, which sends the bytes for a limited time, where the server is configured so.");
+        self.answers_nothing(
+            307,
+            "An address of the bucket, which sends the bytes for a limited time, where \
+             the server is configured so.",
+        );
         self.locates();
         self.refuses(&[416]);
     }

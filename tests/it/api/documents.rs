@@ -109,7 +109,8 @@ async fn each_type_of_problem_has_a_document() {
     server.job_is(&job, "succeeded").await;
     let json = ("content-type", "application/json");
     let (bundle, cancel) = (format!("/scenes/{scene}/bundle"), format!("/jobs/{job}/cancel"));
-    let requests: [(&str, Method, &str, &[(&str, &str)], &str); 9] = [
+    type Headers<'a> = &'a [(&'a str, &'a str)];
+    let requests: [(&str, Method, &str, Headers<'_>, &str); 9] = [
         ("malformed_request", Method::POST, "/scenes", &[json], "{"),
         ("unknown_field", Method::POST, "/scenes", &[json], r#"{"text": "a mug", "colour": 1}"#),
         ("forbidden", Method::POST, "/scenes", &[json, ("origin", "https://other.example")], "{}"),

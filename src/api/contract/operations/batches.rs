@@ -24,7 +24,11 @@ pub fn submit_batch(operation: &mut Operation<'_>) {
     operation.reads::<Bytes>("application/jsonl");
     operation.reads::<Bytes>("application/x-ndjson");
     operation.mentions::<BatchRequestLine, BatchResult>();
-    operation.explain("A body of lines has one `BatchRequestLine` per line. A line that will not do is listed with its number among the errors, and the others are made. Requests for the same scene are found before anything is computed; the scene is made once. Requests enter the queue a few at a time.");
+    operation.explain(
+        "A body of lines has one `BatchRequestLine` per line. A line that will not do is listed \
+         with its number among the errors, and the others are made. Requests for the same scene are found \
+         before anything is computed; the scene is made once. Requests enter the queue a few at a time.",
+    );
     operation.answers::<BatchView>(202, "Accepted; requests wait or are worked on.");
     operation.locates();
     operation.links("batch", "getBatch", &[("batch_id", "$response.body#/id")]);
@@ -53,7 +57,10 @@ pub fn get_batch_output(operation: &mut Operation<'_>) {
         "getBatchOutput",
         "Results of requests with a scene, one JSON object per line, in the order of the requests.",
     );
-    operation.explain("Also while the batch runs; then those that have ended so far. Duplicates name the request that has their scene.");
+    operation.explain(
+        "Also while the batch runs; then those that have ended so far. Duplicates name the \
+         request that has their scene.",
+    );
     operation.answers_file(
         200,
         "Lines of `BatchResult`; as `application/octet-stream` for clients that accept only that.",

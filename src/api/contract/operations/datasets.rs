@@ -19,7 +19,11 @@ pub fn submit_dataset(operation: &mut Operation<'_>) {
         "submitDataset",
         "Freeze a set of finished scenes as a version of a dataset, in the background.",
     );
-    operation.explain("The same set with the same request is no new version. Scenes that share a text, an image, a mesh or an ancestor stay in one split unless `disjoint` says otherwise, and keep their split in the next version.");
+    operation.explain(
+        "The same set with the same request is no new version. Scenes that share a text, an \
+         image, a mesh or an ancestor stay in one split unless `disjoint` says otherwise, and keep their \
+         split in the next version.",
+    );
     operation.answers::<DatasetView>(202, "Accepted; it waits or is being frozen.");
     operation.locates();
     operation.links("dataset", "getDataset", &[("dataset_id", "$response.body#/id")]);

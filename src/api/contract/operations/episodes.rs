@@ -1,7 +1,5 @@
 //! Operations of the tag `episodes`: demonstrations of robots in a finished scene, recorded as datasets for policies.
 
-use serde_json::json;
-
 use super::super::operation::Operation;
 use crate::api::episodes::RecordingPage;
 use crate::api::episodes::download::RecordingFilePage;
@@ -17,7 +15,11 @@ pub fn submit_episodes(operation: &mut Operation<'_>) {
         "submitEpisodes",
         "Record demonstrations of tasks in the finished scene as a dataset, in the background.",
     );
-    operation.explain("Attempts are made until so many have succeeded, by all processes that work. The same scene and order give the same dataset, to the byte. What the robot cannot do is found when the work begins, and fails the recording.");
+    operation.explain(
+        "Attempts are made until so many have succeeded, by all processes that work. The same \
+         scene and order give the same dataset, to the byte. What the robot cannot do is found when the work \
+         begins, and fails the recording.",
+    );
     operation.answers::<RecordingView>(202, "Accepted; it waits or is being recorded.");
     operation.locates();
     operation.links("recording", "getEpisodes", &[("recording_id", "$response.body#/id")]);
@@ -58,7 +60,7 @@ pub fn list_episode_events(operation: &mut Operation<'_>) {
     operation.resumes();
     operation
         .answers::<RecordingEventPage>(200, "Events in order. A stream ends when the recording has ended.");
-    operation.answers_as(200, "Events in order. A stream ends when the recording has ended.", "text/event-stream", &json!({"type": "string", "description": "`id` is the `seq`, `event` the `kind`, `data` a RecordingEvent as JSON."}));
+    operation.streams("Events in order. A stream ends when the recording has ended.", "a RecordingEvent");
     operation
         .answers_nothing(204, "Streams only: the recording has ended and the client has seen everything.");
 }

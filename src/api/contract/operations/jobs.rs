@@ -1,7 +1,5 @@
 //! Operations of the tag `jobs`: operations on scenes, their stages and their events.
 
-use serde_json::json;
-
 use super::super::operation::Operation;
 use crate::api::events::content::EventPage;
 use crate::api::jobs::JobPage;
@@ -36,7 +34,7 @@ pub fn list_events(operation: &mut Operation<'_>) {
     );
     operation.resumes();
     operation.answers::<EventPage>(200, "Events in order. A stream ends when the job has ended.");
-    operation.answers_as(200, "Events in order. A stream ends when the job has ended.", "text/event-stream", &json!({"type": "string", "description": "`id` is the `seq`, `event` the `kind`, `data` an Event as JSON."}));
+    operation.streams("Events in order. A stream ends when the job has ended.", "an Event");
     operation.answers_nothing(204, "Streams only: the job has ended and the client has seen everything.");
 }
 

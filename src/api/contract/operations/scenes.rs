@@ -82,7 +82,9 @@ pub fn delete_scene(operation: &mut Operation<'_>) {
 /// `GET /scenes/{scene_id}/bundle`.
 pub fn get_bundle(operation: &mut Operation<'_>) {
     operation.is("scenes", "getBundle", "The finished scene as a zip; bytes never change under this URL.");
-    operation.explain("In it, `report.html` tells people and `report.json` programs (by `report.schema.json`) what was measured, against which thresholds, and why the scene may be used or not; `README.md` has a few lines for each simulator.");
+    operation.explain("In it, `report.html` tells people and `report.json` programs (by `report.schema.json`) \
+         what was measured, against which thresholds, and why the scene may be used or not; `README.md` has a \
+         few lines for each simulator.");
     operation.downloads(
         "The archive; as `application/octet-stream` for clients that accept only that.",
         &["application/zip"],
@@ -92,8 +94,14 @@ pub fn get_bundle(operation: &mut Operation<'_>) {
 
 /// `POST /scenes/{scene_id}/edits`.
 pub fn edit_scene(operation: &mut Operation<'_>) {
-    operation.is("scenes", "editScene", "A new scene, made from this one by operations or by an instruction in words; this one stays as it is.");
-    operation.explain("Operations are carried out in order; a later one sees the result of the earlier ones. Objects that they do not name keep their exact poses unless they must move, and the report of the new scene states why one moved. What cannot be done without a collision fails the job with the reason.");
+    let summary = "A new scene, made from this one by operations or by an instruction in words; this one stays as it is.";
+    operation.is("scenes", "editScene", summary);
+    operation.explain(
+        "Operations are carried out in order; a later one sees the result of the earlier ones. \
+         Objects that they do not name keep their exact poses unless they must move, and the report of the \
+         new scene states why one moved. What cannot be done without a collision fails the job with the \
+         reason.",
+    );
     operation.answers::<SceneView>(202, "Accepted; not finished yet, or no wait was asked for.");
     operation.locates();
     operation.applies_preference();
@@ -116,7 +124,11 @@ pub fn make_variants(operation: &mut Operation<'_>) {
         "makeVariants",
         "Several new scenes, made from this one by operations that seeds draw; this one stays as it is.",
     );
-    operation.explain("Every variant is a scene with its own job, certified like any other. What a text states of an object holds in every variant. An operation that a scene has no room for is left out, and the account of the scene says so.");
+    operation.explain(
+        "Every variant is a scene with its own job, certified like any other. What a text \
+         states of an object holds in every variant. An operation that a scene has no room for is left out, \
+         and the account of the scene says so.",
+    );
     operation.answers::<VariantsView>(
         202,
         "Accepted. Where the queue has room for some only, `remaining` counts the others.",
@@ -154,7 +166,12 @@ pub fn execute_task(operation: &mut Operation<'_>) {
         "executeTask",
         "A simulated robot does a task in the finished scene, and the goal's predicates decide.",
     );
-    operation.explain("An execution is a job of the kind `execute_task`, with its events, cancellation and retries, and takes seconds to a minute. The answer is 202 with the job, whose id is that of the execution; with `Prefer: wait=N`, 200 with the execution if it ends in time. The same scene, task, robot and seed give the same bytes again.");
+    operation.explain(
+        "An execution is a job of the kind `execute_task`, with its events, cancellation and \
+         retries, and takes seconds to a minute. The answer is 202 with the job, whose id is that of the \
+         execution; with `Prefer: wait=N`, 200 with the execution if it ends in time. The same scene, task, \
+         robot and seed give the same bytes again.",
+    );
     operation.answers::<ExecutedTask>(200, "The execution, done or failed; only with `Prefer`.");
     operation.answers_file(200, "The execution, done or failed; only with `Prefer`.", &["application/zip"]);
     operation.applies_preference();
@@ -189,14 +206,20 @@ pub fn get_artifact(operation: &mut Operation<'_>) {
         "The artifact's name, slashes included; they may be percent-encoded.",
         "reference/known.json",
     );
-    operation.downloads("Bytes of the artifact, in its media type; as `application/octet-stream` for clients that accept only that.", &["application/json", "*/*"]);
+    operation.downloads(
+        "Bytes of the artifact, in its media type; as `application/octet-stream` for clients \
+         that accept only that.",
+        &["application/json", "*/*"],
+    );
     operation.refuses(&[410]);
 }
 
 /// `GET /executions/{execution_id}`.
 pub fn get_execution(operation: &mut Operation<'_>) {
     operation.is("scenes", "getExecution", "The answer of an execution that has ended.");
-    operation.explain("The document or the files that were asked for, with a strong `ETag`. An execution that was not attempted is answered with the problem of its task, one that has not ended with 409. Answers stay for `store.retention.intermediate_hours`.");
+    operation.explain("The document or the files that were asked for, with a strong `ETag`. An execution that \
+         was not attempted is answered with the problem of its task, one that has not ended with 409. Answers \
+         stay for `store.retention.intermediate_hours`.");
     operation.path_parameter::<Id>("execution_id", "The id of the execution, which is that of its job.", "");
     operation.downloads("The execution, done or failed.", &["application/json", "application/zip"]);
     operation.answers::<ExecutedTask>(200, "The execution, done or failed.");
