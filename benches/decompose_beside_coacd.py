@@ -239,13 +239,13 @@ catalog makes them, before they are united, which is what the pipeline cuts (CPU
 {chr(10).join(rows)}
 
 Hulls are at least 1 mm thick. What is thinner grows by at most 0.5 mm a side, whatever its shape and however it lies
-(`thickening_grows_no_side_by_more_than_half_a_millimeter` in `crates/geometry/src/convex_hull.rs`).
+(`thickening_grows_no_side_by_more_than_half_a_millimeter` in `crates/base/geometry/src/convex_hull.rs`).
 
 What repairing changed:
 
 {chr(10).join(changed)}
 
-Depends on `crates/catalog`, `crates/geometry/src/convex_hull`, `crates/geometry/src/convex_hull.rs`, `crates/geometry/src/decompose`, `crates/geometry/src/decompose.rs`, `crates/geometry/src/repair`, `crates/geometry/src/repair.rs`.
+Depends on `crates/base/catalog`, `crates/base/geometry/src/convex_hull`, `crates/base/geometry/src/convex_hull.rs`, `crates/base/geometry/src/decompose`, `crates/base/geometry/src/decompose.rs`, `crates/base/geometry/src/repair`, `crates/base/geometry/src/repair.rs`.
 """
 
 

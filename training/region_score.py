@@ -1,4 +1,4 @@
-"""Coefficients of crates/vision/src/instance_segmentation/region_score.rs, fitted to regions of synthetic images.
+"""Coefficients of crates/method/vision/src/instance_segmentation/region_score.rs, fitted to synthetic images.
 
     tabletopgen-lab evaluate --set regions --split validation --scenes 600 --out out/training
     python training/region_score.py out/training/regions.json --but 80

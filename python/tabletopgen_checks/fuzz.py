@@ -25,8 +25,9 @@ from tabletopgen_checks.repository import RESULTS, ROOT
 from tabletopgen_checks.result_pages import dependency_line, split
 
 DEPENDS_ON = (
-    "crates/embedded/src/text_parser", "crates/embedded/src/text_parser.rs", "crates/http_client", "crates/imaging",
-    "crates/mesh_io", "crates/remote", "crates/scene", "crates/tasks", "crates/vision", "fuzz",
+    "crates/models/embedded/src/text_parser", "crates/models/embedded/src/text_parser.rs", "crates/models/http_client",
+    "crates/base/imaging", "crates/base/mesh_io", "crates/models/remote", "crates/base/scene", "crates/method/tasks",
+    "crates/method/vision", "fuzz",
 )
 TRIPLE = "x86_64-unknown-linux-gnu"
 

@@ -1,8 +1,8 @@
 """The age of the pages of results: the commits that they were measured at, and what changed since then.
 
 A page, or a section of it, states "at commit COMMIT on DAY" for what was measured; commits in other words are only
-mentioned. The last line of a page names the files and folders that decide its figures: "Depends on `crates/physics`,
-`src/pipeline`."
+mentioned. The last line of a page names the files and folders that decide its figures: "Depends on
+`crates/method/physics`, `src/pipeline`."
 """
 
 import functools

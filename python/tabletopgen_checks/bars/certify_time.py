@@ -17,9 +17,9 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.scene.generation import generate
 
 DEPENDS_ON = (
-    "config/default.toml", "crates/export", "crates/geometry", "crates/mesh_io", "crates/physics", "crates/render",
-    "src/pipeline/certify", "src/pipeline/certify.rs", "src/pipeline/decompose.rs", "src/pipeline/resolve",
-    "src/pipeline/resolve.rs",
+    "config/default.toml", "crates/data/export", "crates/base/geometry", "crates/base/mesh_io", "crates/method/physics",
+    "crates/method/render", "src/pipeline/certify", "src/pipeline/certify.rs", "src/pipeline/decompose.rs",
+    "src/pipeline/resolve", "src/pipeline/resolve.rs",
 )
 BAR_SECONDS = 3.0
 STAGES = ("decompose", "resolve", "certify")

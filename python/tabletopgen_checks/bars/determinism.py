@@ -15,7 +15,7 @@ from tabletopgen_checks.language.sentences import sentences
 from tabletopgen_checks.repository import RESULTS
 from tabletopgen_checks.scene.generation import differing_files, fingerprint, generate
 
-DEPENDS_ON = (*SCENES_OF_TEXTS, "crates/imaging", "crates/mesh_io", "crates/runtime")
+DEPENDS_ON = (*SCENES_OF_TEXTS, "crates/base/imaging", "crates/base/mesh_io", "crates/base/runtime")
 SENTENCES = ("breakfast_bowl", "hobby_models")
 CASES = [
     ("as it comes", None, {}),

@@ -32,8 +32,8 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import lab_beside
 
 DEPENDS_ON = (
-    "crates/catalog", "crates/editing", "crates/geometry", "crates/physics", "python/tabletopgen_checks/edits",
-    "src/pipeline/edit", "src/pipeline/edit.rs",
+    "crates/base/catalog", "crates/method/editing", "crates/base/geometry", "crates/method/physics",
+    "python/tabletopgen_checks/edits", "src/pipeline/edit", "src/pipeline/edit.rs",
 )
 SCENES, EDITS, SEED, ROUNDS = 40, 200, 34, 5
 PARTS = ("edits", "cost", "synthesizer")

@@ -29,8 +29,9 @@ from tabletopgen_checks.repository import JUDGES, lab_beside
 from tabletopgen_checks.virtual_environment import environment_of
 
 DEPENDS_ON = (
-    "config/robots", "crates/demonstrations", "crates/episodes", "crates/manipulation", "crates/physics",
-    "crates/render", "crates/robot", "crates/video", "tests/judges/episodes", "tests/judges/robots/replay_dataset.py",
+    "config/robots", "crates/data/demonstrations", "crates/data/episodes", "crates/method/manipulation",
+    "crates/method/physics", "crates/method/render", "crates/method/robot", "crates/data/video",
+    "tests/judges/episodes", "tests/judges/robots/replay_dataset.py",
 )
 SENTENCE, SCENE_SEED = "A kitchen table with a carrot, a gray bowl, a banana, a mug and two plates", 11
 TASK = "put the carrot in the bowl"

@@ -10,7 +10,7 @@ from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.language.sentences import sentences
 from tabletopgen_checks.scene.generation import generate
 
-DEPENDS_ON = (*SCENES_OF_TEXTS, "crates/mesh_io")
+DEPENDS_ON = (*SCENES_OF_TEXTS, "crates/base/mesh_io")
 BAR_SECONDS = 5.0
 SENTENCE = "kitchen_prep"
 

@@ -21,8 +21,8 @@ from tabletopgen_checks.processes import run_alone
 from tabletopgen_checks.repository import JUDGES, lab_beside
 
 DEPENDS_ON = (
-    "config/catalog", "config/robots", "crates/catalog", "crates/geometry", "crates/manipulation", "crates/physics",
-    "crates/robot", "tests/judges/robots/replay_grasps.py",
+    "config/catalog", "config/robots", "crates/base/catalog", "crates/base/geometry", "crates/method/manipulation",
+    "crates/method/physics", "crates/method/robot", "tests/judges/robots/replay_grasps.py",
 )
 # The bars.
 STABLE, UNSTABLE = 0.95, 0.80

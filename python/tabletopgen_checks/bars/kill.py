@@ -16,7 +16,7 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.service.server import Server
 
 DEPENDS_ON = (
-    "crates/store", "src/pipeline.rs", "src/pipeline/checkpoint", "src/pipeline/checkpoint.rs", "src/worker",
+    "crates/server/store", "src/pipeline.rs", "src/pipeline/checkpoint", "src/pipeline/checkpoint.rs", "src/worker",
     "src/worker.rs",
 )
 SENTENCE = "sewing_triangle"

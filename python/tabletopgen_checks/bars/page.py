@@ -19,15 +19,15 @@ from tabletopgen_checks.result_pages import dependency_line, split
 UNCOMMITTED = " with uncommitted changes"
 # What decides the scenes that the embedded models make of texts, and of images.
 SCENES_OF_TEXTS = (
-    "config/catalog", "config/default.toml", "crates/catalog", "crates/embedded", "crates/export", "crates/geometry",
-    "crates/physics", "crates/pose_estimation", "crates/render", "crates/scene", "crates/vision", "src/pipeline",
-    "src/pipeline.rs",
+    "config/catalog", "config/default.toml", "crates/base/catalog", "crates/models/embedded", "crates/data/export",
+    "crates/base/geometry", "crates/method/physics", "crates/method/pose_estimation", "crates/method/render",
+    "crates/base/scene", "crates/method/vision", "src/pipeline", "src/pipeline.rs",
 )
 SCENES_OF_IMAGES = (
-    "config/catalog", "config/default.toml", "crates/catalog", "crates/embedded/src/mesh_generator.rs",
-    "crates/embedded/src/single_view_reconstruction", "crates/export", "crates/geometry", "crates/physics",
-    "crates/pose_estimation", "crates/render", "crates/scene", "crates/vision", "src/pipeline", "src/pipeline.rs",
-    "weights",
+    "config/catalog", "config/default.toml", "crates/base/catalog", "crates/models/embedded/src/mesh_generator.rs",
+    "crates/models/embedded/src/single_view_reconstruction", "crates/data/export", "crates/base/geometry",
+    "crates/method/physics", "crates/method/pose_estimation", "crates/method/render", "crates/base/scene",
+    "crates/method/vision", "src/pipeline", "src/pipeline.rs", "weights",
 )
 
 

@@ -13,7 +13,7 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import lab_beside
 from tabletopgen_checks.scene.generation import generate
 
-DEPENDS_ON = (*SCENES_OF_IMAGES, "crates/lab/src/synthetic_images")
+DEPENDS_ON = (*SCENES_OF_IMAGES, "crates/dev/lab/src/synthetic_images")
 BAR_SECONDS = 10.0
 OBJECTS, LONGER_PX = 10, 2300
 #: Synthetic images that are searched for one in which so many objects are read, and the most that it may show.

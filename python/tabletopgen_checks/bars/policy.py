@@ -24,8 +24,8 @@ from tabletopgen_checks.repository import JUDGES
 from tabletopgen_checks.virtual_environment import environment_of
 
 DEPENDS_ON = (
-    "config/robots", "crates/demonstrations", "crates/episodes", "crates/manipulation", "crates/physics",
-    "crates/render", "crates/robot", "tests/judges/robots/policy_observation.py",
+    "config/robots", "crates/data/demonstrations", "crates/data/episodes", "crates/method/manipulation",
+    "crates/method/physics", "crates/method/render", "crates/method/robot", "tests/judges/robots/policy_observation.py",
     "tests/judges/robots/policy_rollout.py", "tests/judges/robots/policy_rollout_images.py",
     "tests/judges/robots/policy_training.py", "tests/judges/robots/policy_training_images.py",
 )

@@ -27,8 +27,8 @@ from tabletopgen_checks.service.s3 import S3
 from tabletopgen_checks.service.server import Server
 
 DEPENDS_ON = (
-    "crates/demonstrations", "crates/episodes", "crates/store", "src/recorder", "src/recorder.rs", "src/worker",
-    "src/worker.rs",
+    "crates/data/demonstrations", "crates/data/episodes", "crates/server/store", "src/recorder", "src/recorder.rs",
+    "src/worker", "src/worker.rs",
 )
 SENTENCE, SCENE_SEED = "A table with a block and a plate", 3
 TASK, SEED, TITLE = "put the block on the plate", 5, "dataset"

@@ -19,7 +19,10 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.service.mock_vendors import MockVendors
 from tabletopgen_checks.service.server import Server
 
-DEPENDS_ON = ("crates/http_client", "crates/remote", "src/pipeline", "src/pipeline.rs", "src/worker", "src/worker.rs")
+DEPENDS_ON = (
+    "crates/models/http_client", "crates/models/remote", "src/pipeline", "src/pipeline.rs", "src/worker",
+    "src/worker.rs",
+)
 TEXT, SEED, OBJECTS = "a dinner table with four plates, four forks and four glasses", 11, 12
 CALLS_IN_A_ROW, LATENCY_MS, JOBS = 14, 2000, 2
 JOB_SECONDS, MAX_RATIO = 1200, 3.0

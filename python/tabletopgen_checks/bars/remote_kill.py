@@ -22,8 +22,8 @@ from tabletopgen_checks.service.mock_vendors import MockVendors
 from tabletopgen_checks.service.server import Server
 
 DEPENDS_ON = (
-    "crates/http_client", "crates/remote", "crates/store", "src/pipeline.rs", "src/pipeline/checkpoint",
-    "src/pipeline/checkpoint.rs", "src/pipeline/ledger.rs", "src/worker", "src/worker.rs",
+    "crates/models/http_client", "crates/models/remote", "crates/server/store", "src/pipeline.rs",
+    "src/pipeline/checkpoint", "src/pipeline/checkpoint.rs", "src/pipeline/ledger.rs", "src/worker", "src/worker.rs",
 )
 TEXT, SEED = "an apple on a plate and a fork beside it", 7
 JOB_SECONDS = 600

@@ -28,10 +28,10 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import JUDGES
 
 DEPENDS_ON = (
-    "config/catalog", "config/default.toml", "crates/catalog", "crates/embedded/src/layout",
-    "crates/embedded/src/layout.rs", "crates/export", "crates/geometry", "crates/physics", "src/pipeline/resolve",
-    "src/pipeline/resolve.rs", "tests/judges/rest.py", "tests/judges/rest_lines.mjs", "tests/judges/rest_lines.py",
-    "tests/judges/rest_programs.toml", "tests/judges/rest_scenes.toml",
+    "config/catalog", "config/default.toml", "crates/base/catalog", "crates/models/embedded/src/layout",
+    "crates/models/embedded/src/layout.rs", "crates/data/export", "crates/base/geometry", "crates/method/physics",
+    "src/pipeline/resolve", "src/pipeline/resolve.rs", "tests/judges/rest.py", "tests/judges/rest_lines.mjs",
+    "tests/judges/rest_lines.py", "tests/judges/rest_programs.toml", "tests/judges/rest_scenes.toml",
 )
 AT_ONCE = 2
 SCENES = 40

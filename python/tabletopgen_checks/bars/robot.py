@@ -38,8 +38,9 @@ from tabletopgen_checks.scene.generation import generate
 from tabletopgen_checks.virtual_environment import environment_of
 
 DEPENDS_ON = (
-    "config/robots", "crates/geometry", "crates/manipulation", "crates/physics", "crates/robot", "crates/tasks",
-    "src/pipeline/rehearse", "src/pipeline/rehearse.rs", "tests/judges/robots/replay.py",
+    "config/robots", "crates/base/geometry", "crates/method/manipulation", "crates/method/physics",
+    "crates/method/robot", "crates/method/tasks", "src/pipeline/rehearse", "src/pipeline/rehearse.rs",
+    "tests/judges/robots/replay.py",
 )
 CHECK_BDDL = JUDGES / "tasks" / "check_bddl.py"
 # The bars.

@@ -25,8 +25,9 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import lab_beside
 
 DEPENDS_ON = (
-    "config/catalog", "crates/catalog", "crates/embedded/src/layout", "crates/embedded/src/layout.rs",
-    "crates/embedded/src/text_parser", "crates/embedded/src/text_parser.rs", "crates/physics", "crates/tasks",
+    "config/catalog", "crates/base/catalog", "crates/models/embedded/src/layout",
+    "crates/models/embedded/src/layout.rs", "crates/models/embedded/src/text_parser",
+    "crates/models/embedded/src/text_parser.rs", "crates/method/physics", "crates/method/tasks",
     "python/tabletopgen_checks/language", "tests/words",
 )
 FIRST_BAR = 0.995

@@ -1,5 +1,5 @@
 """Whether the goal of a task is right, and whether the scene is still before it. Predicates are those of
-crates/scene/src/text_account.rs."""
+crates/base/scene/src/text_account.rs."""
 
 from tabletopgen_checks.language.expectations import bounds, in_words, listed
 

@@ -41,7 +41,7 @@ failures:
 
 ---- units::meters stdout ----
 
-thread 'units::meters' panicked at crates/scene/src/units.rs:7:5:
+thread 'units::meters' panicked at crates/base/scene/src/units.rs:7:5:
 failures:
     a line that the test printed
 note: run with `RUST_BACKTRACE=1`

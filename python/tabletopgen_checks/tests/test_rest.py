@@ -118,7 +118,7 @@ class Page(unittest.TestCase):
             self.assertTrue(held)
             self.assertIn(f"- {name}: {one['not_promised']}", text)
             self.assertIn(f"- {name}, tower: cube_5 moves 270.00 mm and turns 90.00 degrees", text)
-        readme = (ROOT / "crates/export/src/readme_template.md").read_text(encoding="utf-8")
+        readme = (ROOT / "crates/data/export/src/readme_template.md").read_text(encoding="utf-8")
         sections = {part.split("\n")[0].split(" (")[0]: part for part in readme.split("\n## ")[1:]}
         stated_by = {heading for heading, part in sections.items() if "Rest is not promised" in " ".join(part.split())}
         self.assertEqual(stated_by, {one["heading"] for one in why_not.values()})

@@ -13,7 +13,7 @@ from tabletopgen_checks.repository import PYTHON, RESULTS, ROOT
 from tabletopgen_checks.result_pages import Measurement, dependency_line, measurements, split
 
 BARS = PYTHON / "tabletopgen_checks" / "bars"
-PATHS = ("crates/physics", "src/pipeline")
+PATHS = ("crates/method/physics", "src/pipeline")
 TEXT = """# A page
 
 `make bars` at

@@ -1,4 +1,4 @@
-"""The synthetic episodes anew, from the formulas that `crates/episodes/examples/synthetic/scene.rs` states.
+"""The synthetic episodes anew, from the formulas that `crates/data/episodes/examples/synthetic/scene.rs` states.
 
 Numbers are computed in float32 with the operations of the formulas, so that they compare bit by bit.
 """

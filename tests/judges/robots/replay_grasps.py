@@ -14,7 +14,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-# As in the trials (crates/manipulation/src/grasp/trial.rs).
+# As in the trials (crates/method/manipulation/src/grasp/trial.rs).
 HOLDING_SHARE, SETTLE_S, MAX_CLOSING_S, EXTRA_WAY_M, LOST_M = 0.3, 0.15, 0.8, 0.005, 0.05
 PLANE_FRICTION = [0.5, 0.005, 0.0001]
 # The slides are moved, not driven: MuJoCo's solver does not see the damping of stiff servos. So heavy, nothing moves

@@ -3,7 +3,7 @@ S3.
 """
 
 DEPENDS_ON = (
-    "crates/http_client", "crates/remote", "crates/store", "migrations", "src/api", "src/api.rs", "src/background.rs",
-    "src/pipeline.rs", "src/pipeline/checkpoint", "src/pipeline/checkpoint.rs", "src/service", "src/service.rs",
-    "src/worker", "src/worker.rs",
+    "crates/models/http_client", "crates/models/remote", "crates/server/store", "migrations", "src/api", "src/api.rs",
+    "src/background.rs", "src/pipeline.rs", "src/pipeline/checkpoint", "src/pipeline/checkpoint.rs", "src/service",
+    "src/service.rs", "src/worker", "src/worker.rs",
 )

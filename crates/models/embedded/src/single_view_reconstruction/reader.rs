@@ -1,0 +1,165 @@
+//! Image reader: the table network with its settings and a cache.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Serialize;
+use sha2::{Digest as _, Sha256};
+
+use super::SingleViewSettings;
+use super::reading_cache::{ImageKey, ReadingCache};
+use imaging::Image;
+use ports::{Port, ProviderError};
+use runtime::CancelFlag;
+use vision::table_network::{NetworkWeightsError, TableNetwork};
+use vision::{
+    CandidateRegions, ImageReading, NetworkReadingSettings, VisionError, candidate_regions, read_with_network,
+};
+
+/// The table network, the digest of its weights, and the settings of the reader.
+pub struct ReadingNetwork {
+    network: TableNetwork,
+    sha256: String,
+    settings: NetworkReadingSettings,
+}
+
+/// Reason why the network cannot be loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadNetworkError {
+    #[error("cannot read {}: {source}; name a file that training/train.py wrote, or \"built-in\"", path.display())]
+    Unreadable { path: PathBuf, source: io::Error },
+    #[error("cannot use the weights {}: {source}", path.display())]
+    Unusable { path: PathBuf, source: NetworkWeightsError },
+}
+
+/// Built-in weights (`weights/README.md`).
+const BUILT_IN: &[u8] = include_bytes!("../../../../../weights/table_network.safetensors");
+
+impl ReadingNetwork {
+    /// The built-in network.
+    ///
+    /// # Errors
+    ///
+    /// [`LoadNetworkError::Unusable`] if the weights are damaged.
+    pub fn built_in(settings: NetworkReadingSettings) -> Result<Arc<Self>, LoadNetworkError> {
+        let path = PathBuf::from("built-in");
+        Self::read(BUILT_IN.to_vec(), settings)
+            .map(Arc::new)
+            .map_err(|source| LoadNetworkError::Unusable { path, source })
+    }
+
+    /// The network of a file from `training/train.py`.
+    ///
+    /// # Errors
+    ///
+    /// [`LoadNetworkError`] with the path and the reason.
+    pub fn load(path: &Path, settings: NetworkReadingSettings) -> Result<Arc<Self>, LoadNetworkError> {
+        let unreadable = |source| LoadNetworkError::Unreadable { path: path.to_owned(), source };
+        let unusable = |source| LoadNetworkError::Unusable { path: path.to_owned(), source };
+        Self::read(std::fs::read(path).map_err(unreadable)?, settings).map(Arc::new).map_err(unusable)
+    }
+
+    fn read(safetensors: Vec<u8>, settings: NetworkReadingSettings) -> Result<Self, NetworkWeightsError> {
+        let sha256 = runtime::digest::hex(&Sha256::digest(&safetensors));
+        Ok(Self { network: TableNetwork::read(safetensors)?, sha256, settings })
+    }
+}
+
+/// Reads images from clients. Clones share their cache.
+#[derive(Clone)]
+pub struct ImageReader {
+    network: Arc<ReadingNetwork>,
+    pub settings: SingleViewSettings,
+    cache: Arc<ReadingCache>,
+}
+
+/// Everything that determines a reading.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReaderIdentity {
+    /// Digest of the weights, and the settings of the reader.
+    network: (String, NetworkReadingSettings),
+    #[serde(flatten)]
+    settings: SingleViewSettings,
+}
+
+impl ImageReader {
+    pub fn new(network: Arc<ReadingNetwork>, settings: SingleViewSettings) -> Self {
+        Self { network, settings, cache: Arc::default() }
+    }
+
+    pub fn identity(&self) -> ReaderIdentity {
+        let network = (self.network.sha256.clone(), self.network.settings.clone());
+        ReaderIdentity { network, settings: self.settings.clone() }
+    }
+
+    /// Reads the image.
+    ///
+    /// # Errors
+    ///
+    /// A [`VisionError`] that names what was not found.
+    pub fn reading(&self, image: &Image, cancel: &CancelFlag) -> Result<Arc<ImageReading>, VisionError> {
+        let key = ImageKey::of(image);
+        if let Some(reading) = self.cache.find(&key) {
+            return Ok(reading);
+        }
+        let ReadingNetwork { network, settings, .. } = &*self.network;
+        let reading = Arc::new(read_with_network(image, network, settings, cancel)?);
+        self.cache.keep(key, &reading);
+        Ok(reading)
+    }
+
+    /// The candidate regions among which the reading selects objects.
+    pub fn candidate_regions(
+        &self,
+        image: &Image,
+        cancel: &CancelFlag,
+    ) -> Result<CandidateRegions, VisionError> {
+        let ReadingNetwork { network, settings, .. } = &*self.network;
+        candidate_regions(image, network, settings, cancel)
+    }
+
+    /// Reads the image on behalf of a port.
+    pub(super) fn read(
+        &self,
+        image: &Image,
+        port: Port,
+        cancel: &CancelFlag,
+    ) -> Result<Arc<ImageReading>, ProviderError> {
+        self.reading(image, cancel).map_err(|error| match error {
+            VisionError::Cancelled(cancelled) => ProviderError::Cancelled(cancelled),
+            other => ProviderError::Rejected { port, code: other.code(), reason: other.to_string() },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn built_in_network_loads() {
+        assert!(ReadingNetwork::built_in(test_settings::section_without("network", &["weights"])).is_ok());
+    }
+
+    #[test]
+    fn load_error_names_file() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let path = folder.path().join("other.safetensors");
+        let complaint = || {
+            ReadingNetwork::load(&path, test_settings::section_without("network", &["weights"]))
+                .err()
+                .expect("is refused")
+                .to_string()
+        };
+        assert!(
+            complaint().contains("cannot read") && complaint().contains("other.safetensors: No such file")
+        );
+        std::fs::write(&path, "what").expect("writes");
+        assert!(
+            complaint().contains("other.safetensors: the file is not a safetensors file"),
+            "{}",
+            complaint()
+        );
+    }
+}

@@ -1,0 +1,263 @@
+//! Connections to the database: a SQLite file or PostgreSQL, behind sqlx's `Any` driver.
+//!
+//! One set of queries serves both. [`Dialect`] has the few texts that differ.
+
+use std::path::Path;
+use std::str::FromStr;
+use std::time::Duration;
+
+use sqlx::any::{AnyConnectOptions, AnyPoolOptions, AnyRow};
+use sqlx::postgres::{PgConnectOptions, PgConnection};
+use sqlx::sqlite::{
+    SqliteAutoVacuum, SqliteConnectOptions, SqliteConnection, SqliteJournalMode, SqliteSynchronous,
+};
+use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Connection, Row};
+
+use super::readers::{Readers, no_answer};
+use super::{DatabaseAddress, Intent, Settings, StoreError};
+use scene::id::InvalidId;
+
+pub(super) static SQLITE_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../../migrations/sqlite");
+pub(super) static POSTGRES_MIGRATIONS: sqlx::migrate::Migrator =
+    sqlx::migrate!("../../../migrations/postgres");
+
+/// A connection that rested longer is tested before its next use; a test costs a round trip.
+const UNTESTED: Duration = Duration::from_secs(1);
+
+/// The write-ahead log of SQLite shrinks to this after a burst of writes.
+const MAX_IDLE_LOG_BYTES: u32 = 16 << 20;
+
+/// The database behind a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Dialect {
+    Sqlite,
+    Postgres,
+}
+
+impl Dialect {
+    /// The database of a connection.
+    pub(super) fn of(connection: &AnyConnection) -> Self {
+        match connection.backend_name() {
+            "SQLite" => Self::Sqlite,
+            _ => Self::Postgres,
+        }
+    }
+
+    /// Locks the rows of a `SELECT` until the end of the transaction. SQLite has one writer, so nothing is needed.
+    pub(super) fn lock(self) -> &'static str {
+        match self {
+            Self::Sqlite => "",
+            Self::Postgres => "FOR UPDATE",
+        }
+    }
+
+    /// The same; rows that another transaction has locked are passed over.
+    pub(super) fn lock_free_rows(self) -> &'static str {
+        match self {
+            Self::Sqlite => "",
+            Self::Postgres => "FOR UPDATE SKIP LOCKED",
+        }
+    }
+
+    /// Joins the next table to the rows of the one before, in their order. PostgreSQL knows by its statistics.
+    pub(super) fn join_to_first(self) -> &'static str {
+        match self {
+            Self::Sqlite => "CROSS JOIN",
+            Self::Postgres => "JOIN",
+        }
+    }
+}
+
+/// SQLite's options of both kinds of connection.
+fn sqlite_options(path: &Path, settings: &Settings) -> SqliteConnectOptions {
+    SqliteConnectOptions::new()
+        .filename(path)
+        .create_if_missing(true)
+        // Only a new file takes it; sweeps then give free pages back to the file system.
+        .auto_vacuum(SqliteAutoVacuum::Incremental)
+        .journal_mode(SqliteJournalMode::Wal)
+        .synchronous(if settings.fsync { SqliteSynchronous::Full } else { SqliteSynchronous::Off })
+        .busy_timeout(Duration::from_millis(settings.busy_timeout_ms))
+}
+
+/// The same as statements; the `Any` driver takes only an address. The journal mode stays with the file.
+fn pragmas(settings: &Settings) -> String {
+    let synchronous = if settings.fsync { "FULL" } else { "OFF" };
+    format!(
+        "PRAGMA busy_timeout = {}; PRAGMA synchronous = {synchronous}; PRAGMA foreign_keys = ON; \
+         PRAGMA journal_size_limit = {MAX_IDLE_LOG_BYTES}",
+        settings.busy_timeout_ms
+    )
+}
+
+/// Address of a SQLite file.
+fn sqlite_address(path: &Path, mode: &str) -> Result<AnyConnectOptions, StoreError> {
+    let absolute =
+        std::path::absolute(path).map_err(|source| StoreError::DataDir { path: path.to_owned(), source })?;
+    let escaped: String = absolute
+        .to_string_lossy()
+        .chars()
+        .map(|character| match character {
+            '%' | '?' | '#' => format!("%{:02X}", u32::from(character)),
+            other => other.to_string(),
+        })
+        .collect();
+    AnyConnectOptions::from_str(&format!("sqlite://{escaped}?mode={mode}"))
+        .map_err(|source| StoreError::Sql { doing: "open", source })
+}
+
+/// Migrates the SQLite file and opens the writing connection.
+pub(super) async fn sqlite_writer(path: &Path, settings: &Settings) -> Result<AnyConnection, StoreError> {
+    sqlx::any::install_default_drivers();
+    let opened = |source| StoreError::Sql { doing: "open", source };
+    let mut direct = SqliteConnection::connect_with(&sqlite_options(path, settings)).await.map_err(opened)?;
+    SQLITE_MIGRATIONS.run_direct(None, &mut direct, false).await?;
+    direct.close().await.map_err(opened)?;
+    let mut connection = AnyConnection::connect_with(&sqlite_address(path, "rw")?).await.map_err(opened)?;
+    sqlx::raw_sql(AssertSqlSafe(pragmas(settings))).execute(&mut connection).await.map_err(opened)?;
+    Ok(connection)
+}
+
+/// Opens the connections that read the SQLite file.
+pub(super) async fn sqlite_readers(path: &Path, settings: &Settings) -> Result<Readers, StoreError> {
+    let pragmas = pragmas(settings);
+    AnyPoolOptions::new()
+        .max_connections(settings.readers.clamp(1, 64))
+        .after_connect(move |connection, _| {
+            let pragmas = pragmas.clone();
+            Box::pin(async move {
+                sqlx::raw_sql(AssertSqlSafe(pragmas)).execute(connection).await?;
+                Ok(())
+            })
+        })
+        .connect_with(sqlite_address(path, "ro")?)
+        .await
+        .map(Readers::of_file)
+        .map_err(|source| StoreError::Sql { doing: "open for reading", source })
+}
+
+/// Migrates a PostgreSQL database, one process at a time, and opens the pool of this process.
+pub(super) async fn postgres_pool(
+    url: &str,
+    settings: &Settings,
+    intent: Intent,
+) -> Result<AnyPool, StoreError> {
+    sqlx::any::install_default_drivers();
+    let opened = |source| StoreError::Sql { doing: "open", source };
+    let options = PgConnectOptions::from_str(url).map_err(opened)?;
+    let limits = &settings.postgres;
+    let mut direct = in_time(limits.acquire_timeout(), PgConnection::connect_with(&options)).await?;
+    if intent == Intent::Existing {
+        let versions = sqlx::query_scalar("SELECT CAST(to_regclass('_sqlx_migrations') AS TEXT)");
+        let found: Option<String> = in_time(limits.prompt().answer, versions.fetch_one(&mut direct)).await?;
+        if found.is_none() {
+            return Err(StoreError::no_database(url, "the table _sqlx_migrations"));
+        }
+    }
+    let long = limits.long_timeout();
+    let limit = format!("SET statement_timeout = {0}; SET lock_timeout = {0}", long.as_millis());
+    in_time(limits.prompt().answer, sqlx::raw_sql(AssertSqlSafe(limit)).execute(&mut direct)).await?;
+    match tokio::time::timeout(long, POSTGRES_MIGRATIONS.run(&mut direct)).await {
+        Ok(migrated) => migrated?,
+        Err(_) => return Err(opened(no_answer(long))),
+    }
+    in_time(limits.acquire_timeout(), direct.close()).await?;
+    let session = limits.session();
+    let pool = AnyPoolOptions::new()
+        .max_connections(settings.connections.clamp(2, 256))
+        .acquire_timeout(limits.acquire_timeout())
+        .test_before_acquire(false)
+        .after_connect(move |connection, _| {
+            let session = session.clone();
+            Box::pin(async move {
+                sqlx::raw_sql(AssertSqlSafe(session)).execute(connection).await?;
+                Ok(())
+            })
+        })
+        .before_acquire(|connection, metadata| {
+            Box::pin(async move {
+                if metadata.idle_for > UNTESTED {
+                    connection.ping().await?;
+                }
+                Ok(true)
+            })
+        });
+    pool.connect_with(AnyConnectOptions::from_str(url).map_err(opened)?).await.map_err(opened)
+}
+
+/// The answer of a server that may be frozen or cut off.
+async fn in_time<T>(
+    limit: Duration,
+    answer: impl Future<Output = Result<T, sqlx::Error>>,
+) -> Result<T, StoreError> {
+    let answered = tokio::time::timeout(limit, answer).await.unwrap_or_else(|_| Err(no_answer(limit)));
+    answered.map_err(|source| StoreError::Sql { doing: "open", source })
+}
+
+/// Fails with [`StoreError::NoDatabase`] unless the file of a SQLite database is there.
+pub(super) fn sqlite_exists(path: &Path) -> Result<(), StoreError> {
+    match std::fs::metadata(path) {
+        Ok(about) if about.len() > 0 => Ok(()),
+        Ok(_) => Err(StoreError::no_database(&path.display().to_string(), "a file that is not empty")),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            let folder = path.parent().unwrap_or(path);
+            let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+            Err(StoreError::no_database(&folder.display().to_string(), super::backup::DATABASE_FILE))
+        }
+        Err(source) => Err(StoreError::DataDir { path: path.to_owned(), source }),
+    }
+}
+
+/// A connection beside the processes that use the database, without its lock and without migrations.
+pub(super) async fn bystander(data_dir: &Path, settings: &Settings) -> Result<AnyConnection, StoreError> {
+    sqlx::any::install_default_drivers();
+    let opened = |source| StoreError::Sql { doing: "open", source };
+    let DatabaseAddress::Postgres(url) = &settings.database else {
+        let path = data_dir.join(super::backup::DATABASE_FILE);
+        sqlite_exists(&path)?;
+        let mut connection =
+            AnyConnection::connect_with(&sqlite_address(&path, "rw")?).await.map_err(opened)?;
+        sqlx::raw_sql(AssertSqlSafe(pragmas(settings))).execute(&mut connection).await.map_err(opened)?;
+        return Ok(connection);
+    };
+    let limits = &settings.postgres;
+    let address = AnyConnectOptions::from_str(url).map_err(opened)?;
+    let mut connection = in_time(limits.acquire_timeout(), AnyConnection::connect_with(&address)).await?;
+    let session = sqlx::raw_sql(AssertSqlSafe(limits.session()));
+    in_time(limits.prompt().answer, session.execute(&mut connection)).await?;
+    Ok(connection)
+}
+
+/// Milliseconds since 1970 by the database's clock.
+pub(super) async fn now_ms(connection: &mut AnyConnection) -> Result<i64, StoreError> {
+    let query = match Dialect::of(connection) {
+        Dialect::Sqlite => "SELECT CAST(unixepoch('subsec') * 1000 AS INTEGER)",
+        Dialect::Postgres => "SELECT CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
+    };
+    Ok(sqlx::query_scalar(query).fetch_one(connection).await?)
+}
+
+/// The id in a column of a row of `table`.
+pub(super) fn id<T>(row: &AnyRow, table: &'static str, column: &str) -> Result<T, StoreError>
+where
+    T: FromStr<Err = InvalidId>,
+{
+    parse_id(&row.try_get::<String, _>(column)?, table)
+}
+
+/// As [`id`], for a column that may be NULL.
+pub(super) fn optional_id<T>(row: &AnyRow, table: &'static str, column: &str) -> Result<Option<T>, StoreError>
+where
+    T: FromStr<Err = InvalidId>,
+{
+    let text: Option<String> = row.try_get(column)?;
+    text.map(|text| parse_id(&text, table)).transpose()
+}
+
+/// An id that was read from `table`.
+pub(super) fn parse_id<T>(text: &str, table: &'static str) -> Result<T, StoreError>
+where
+    T: FromStr<Err = InvalidId>,
+{
+    text.parse().map_err(|error: InvalidId| StoreError::Corrupt { table, reason: error.to_string() })
+}
