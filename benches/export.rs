@@ -4,16 +4,17 @@ mod breakfast;
 
 use std::hint::black_box;
 
+use certificate::{
+    Appearance, Certificate, Fidelity, HealthThresholds, MadeWith, Regions, ResolveFinding, Thresholds,
+    Verdict,
+};
 use criterion::{Criterion, criterion_group, criterion_main};
 use export::{Assets, BodyAsset, Images, write_formats, zip_bundle};
 use physics::Body;
-use scene::certificate::{
-    Appearance, Fidelity, HealthThresholds, MadeWith, Metrics, Regions, ResolveFinding, Thresholds, Verdict,
-};
 use scene::finished::Frame;
 use scene::instance::ImageRegion;
 use scene::request::RequestOptions;
-use scene::{Certificate, Input, Instance, InstanceId, Provenance, Scene, SceneRequest, Support, Table};
+use scene::{Input, Instance, InstanceId, Metrics, Provenance, Scene, SceneRequest, Support, Table};
 
 use breakfast::{Breakfast, SEED, TEXT};
 

@@ -11,9 +11,9 @@ use crate::pipeline::error::StageError;
 use crate::problem::{Problem, ProblemType};
 use crate::worker::{Settings, Work, WorkAttempt};
 use runtime::{ComputationFailed, CpuPool};
-use scene::job::JobKind;
 use store::Store;
 use store::executions::{ExecutionAnswer, ExecutionRow};
+use store::lifecycle::JobKind;
 use store::queue::{AttemptOutcome, ClaimedWork};
 
 /// The answer of an execution as bytes.

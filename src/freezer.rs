@@ -22,8 +22,8 @@ use crate::worker::work::remove_work_folder;
 use crate::worker::{Settings, Work, WorkAttempt};
 use datasets::DatasetError;
 use runtime::{ComputationFailed, CpuPool};
-use scene::job::JobKind;
 use store::datasets::DatasetRow;
+use store::lifecycle::JobKind;
 use store::queue::{AttemptOutcome, Claim, ClaimedWork};
 use store::{Lease, Store, StoreError};
 

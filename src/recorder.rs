@@ -28,7 +28,7 @@ use episodes::EpisodeError;
 use episodes::card::DatasetCard;
 use runtime::{ComputationFailed, CpuPool};
 use scene::RecordingId;
-use scene::job::{Failure, FailureClass, JobKind};
+use store::lifecycle::{Failure, FailureClass, JobKind};
 use store::queue::{AttemptOutcome, Claim, ClaimedWork};
 use store::recordings::RecordingRow;
 use store::{Store, StoreError};

@@ -27,7 +27,7 @@ use tokio_util::task::TaskTracker;
 use uuid::Uuid;
 
 use scene::JobId;
-use scene::job::JobKind;
+use store::lifecycle::JobKind;
 use store::queue::Scope;
 use store::{Outage, Store, StoreError};
 

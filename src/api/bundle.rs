@@ -21,9 +21,9 @@ use super::rebuild::missing_bytes;
 use super::scenes::find;
 use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
-use scene::job::SceneState;
 use store::Digest;
 use store::artifacts::ArchiveRow;
+use store::lifecycle::SceneState;
 use store::scenes::SceneRow;
 
 /// Formats with a folder of their own in the bundle; everything outside these folders is in every archive.

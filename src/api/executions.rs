@@ -18,10 +18,10 @@ use super::scenes::find;
 use super::{jobs, parent};
 use crate::app::executions::order::{ExecutionDraft, ExecutionFormat};
 use crate::problem::{Problem, ProblemType};
-use scene::job::{FailureClass, JobState};
 use scene::{JobId, SceneId};
 use store::executions::NewExecution;
 use store::jobs::JobRow;
+use store::lifecycle::{FailureClass, JobState};
 
 /// Parameters of the request.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

@@ -14,8 +14,8 @@ use crate::problem::{Problem, ProblemType};
 use crate::schemas::words;
 use crate::spans;
 use scene::JobId;
-use scene::job::{JobKind, JobState};
 use store::jobs::{JobFilter, JobRow, RetryOutcome};
+use store::lifecycle::{JobKind, JobState};
 use store::queue::CancelOutcome;
 
 /// Parameters of `GET /jobs`.

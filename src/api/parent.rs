@@ -8,7 +8,7 @@ use super::rebuild::missing_bytes;
 use crate::app::edit_scene::ParentBundle;
 use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
-use scene::job::SceneState;
+use store::lifecycle::SceneState;
 use store::scenes::SceneRow;
 
 /// The stored bundle of a scene, whose row is in `store::artifacts`.

@@ -15,9 +15,9 @@ use super::{jobs, scene_body};
 use crate::problem::{Problem, ProblemType};
 use crate::schemas::words;
 use crate::schemas::{self, scene_request::StoredRequest};
-use scene::job::SceneState;
 use scene::text_account::TextAccount;
 use scene::{SceneId, SceneRequest};
+use store::lifecycle::SceneState;
 use store::scenes::{DeleteOutcome, SceneFilter, SceneRow};
 
 /// Parameters of `POST /scenes`, and of the other requests for a new scene.

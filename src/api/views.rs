@@ -11,11 +11,11 @@ use serde::Serialize;
 use serde_json::Value;
 
 pub use super::spending::SpendingView;
-use scene::job;
 use scene::{DatasetId, JobId, RecordingId, SceneId};
 use store::artifacts::ArtifactRow;
 use store::events::Event;
 use store::jobs::{JobRow, StageRow};
+use store::lifecycle;
 use store::outlook::Outlook;
 use store::scenes::SceneRow;
 
@@ -26,7 +26,7 @@ pub struct SceneView {
     #[schemars(with = "Id")]
     pub id: SceneId,
     #[schemars(with = "SceneState")]
-    pub state: job::SceneState,
+    pub state: lifecycle::SceneState,
     #[schemars(with = "Option<Verdict>")]
     pub verdict: Option<String>,
     pub failure: Option<FailureView>,
@@ -124,9 +124,9 @@ pub struct JobView {
     #[schemars(with = "Id")]
     pub id: JobId,
     #[schemars(with = "JobKind")]
-    pub kind: job::JobKind,
+    pub kind: lifecycle::JobKind,
     #[schemars(with = "JobState")]
-    pub state: job::JobState,
+    pub state: lifecycle::JobState,
     #[schemars(with = "Option<Id>")]
     pub scene_id: Option<SceneId>,
     #[schemars(with = "Option<Id>")]
@@ -188,7 +188,8 @@ impl JobView {
                 stages: format!("{this}/stages"),
                 scene: job.scene_id.as_ref().map(|id| format!("/scenes/{id}")),
                 dataset: job.dataset_id.as_ref().map(|id| format!("/datasets/{id}")),
-                execution: (job.kind == job::JobKind::ExecuteTask).then(|| format!("/executions/{}", job.id)),
+                execution: (job.kind == lifecycle::JobKind::ExecuteTask)
+                    .then(|| format!("/executions/{}", job.id)),
                 recording: job.recording_id.as_ref().map(|id| format!("/episodes/{id}")),
                 this,
             },

@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 use metrics::Recorder;
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 
-use scene::job::FailureClass;
+use store::lifecycle::FailureClass;
 
 /// A metric family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

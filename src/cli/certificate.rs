@@ -4,8 +4,7 @@ use std::fmt::Write as _;
 
 use super::scene_summary::Outcome;
 use super::text_account;
-use scene::Certificate;
-use scene::certificate::{ObjectCertificate, RobotFinding};
+use certificate::{Certificate, ObjectCertificate, RobotFinding};
 use scene::text_account::TextAccount;
 
 /// Verdict, metrics and objects of a finished scene, and where it lies.
@@ -108,7 +107,7 @@ fn robot(finding: &RobotFinding) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::certificate::TaskTried;
+    use certificate::TaskTried;
 
     #[test]
     fn counts_and_tasks_of_a_robot_have_lines() {

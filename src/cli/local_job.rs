@@ -20,7 +20,7 @@ use crate::app::local::Ended;
 use crate::app::submission::Submission;
 use crate::app::{self, logging};
 use crate::worker::BuildScene;
-use scene::job::JobState;
+use store::lifecycle::JobState;
 use store::{BlobPlace, Intent, Outage, Store};
 
 /// Arguments of the commands that make one scene.

@@ -10,7 +10,8 @@ use serde_json::{Value, json};
 use super::output::{Kind, Output, Partial};
 use super::progress::StageTime;
 use super::{Exit, Failure, terminal};
-use scene::{Certificate, SceneId};
+use certificate::Certificate;
+use scene::SceneId;
 use store::scenes::SceneRow;
 use store::{DEFAULT_TENANT, Digest, Store, StoreError};
 

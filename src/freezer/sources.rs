@@ -14,9 +14,9 @@ use serde_json::{Value, json};
 use super::request::DatasetSource;
 use super::{FreezeError, Steps};
 use datasets::bundle::Bundle;
-use scene::job::SceneState;
 use scene::{BatchId, SceneId, TenantId};
 use store::batches::OutputKind;
+use store::lifecycle::SceneState;
 use store::scenes::{SceneFilter, SceneRow};
 use store::{Digest, Store};
 

@@ -9,9 +9,10 @@ use super::Context;
 use super::certify;
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
+use certificate::Verdict;
 use export::ExportError;
 use export::archive::{manifest_entries, manifest_itself};
-use scene::certificate::{Metrics, Verdict};
+use scene::Metrics;
 use store::Digest;
 use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
 

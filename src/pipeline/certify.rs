@@ -26,12 +26,12 @@ use super::scene_identity::SceneIdentity;
 use super::{
     Context, PreparedObjects, Settings, artifact_io, place, reconstruct, rehearse, resolve, segment,
 };
+use certificate::{Appearance, ResolveFinding, Verdict};
 use export::ExportSettings;
 use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
 use render::RenderSettings;
-use scene::certificate::{Appearance, Metrics, ResolveFinding, Verdict};
-use scene::{Input, Provenance, SceneDescription};
+use scene::{Input, Metrics, Provenance, SceneDescription};
 use store::Digest;
 
 pub use plausibility::HealthSettings;

@@ -13,13 +13,13 @@ use super::resolve::ResolvedBody;
 use super::{place, rotate};
 use catalog::category;
 use catalog::stand_in::is_stand_in;
+use certificate::ResolveFinding;
 use export::BundleFile;
 use export::ExportError;
 use geometry::decompose::HullFit;
 use geometry::repair::Repair;
 use geometry::{ConvexHull, Outline};
 use imaging::Mask;
-use scene::certificate::ResolveFinding;
 use scene::edit::EditAccount;
 use scene::text_account::TextAccount;
 use scene::{

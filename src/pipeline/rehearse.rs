@@ -19,6 +19,7 @@ use super::grasp::robot_named;
 use super::resolve::{Loaded, load};
 use super::task_scene::{described, simulated};
 use super::{Context, Settings};
+use certificate::{RobotFinding, TaskTried};
 use geometry::Pose;
 use geometry::parallel_grasp::ParallelGrasp;
 use glam::DVec3;
@@ -29,7 +30,6 @@ use manipulation::grasp::{Grasp, GraspSettings, grasp_file, isaac_grasp_yaml};
 use runtime::CancelFlag;
 use runtime::seed::child_rng;
 use scene::InstanceId;
-use scene::certificate::{RobotFinding, TaskTried};
 use scene::grasps::GraspFile;
 use tasks::propose;
 

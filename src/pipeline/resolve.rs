@@ -13,12 +13,12 @@ use super::place::layout::resized;
 use super::place::{self, PlacedInstance};
 use super::{Context, Settings, artifact_io};
 use catalog::{PhysicalProperties, physical_properties};
+use certificate::Relaxation;
 use geometry::solid_query::MeshSolid;
 use geometry::{ConvexHull, Outline, Pose, TexturedMesh};
 use physics::{
     Body, CertifySettings, ResolveError, ResolveProblem, ResolveSettings, ResolvedLayout, SettleSettings,
 };
-use scene::certificate::Relaxation;
 use scene::{Recognition, RecognizedObject, SupportTree};
 
 use relaxation::{Attempt, Infeasible};

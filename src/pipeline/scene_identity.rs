@@ -5,9 +5,9 @@ use serde_json::json;
 
 use super::Settings;
 use super::error::StageError;
+use certificate::{AdapterUsed, MadeWith};
 use ports::{Adapter, Ports};
 use scene::SceneRequest;
-use scene::certificate::{AdapterUsed, MadeWith};
 use store::Digest;
 
 /// The scene's id, from everything that decides its bytes.

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 use demonstrations::camera::USUAL;
 use episodes::format::Format;
-use scene::job;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
+use store::lifecycle;
 
 /// A list of words by the function that gives them.
 macro_rules! words {
@@ -30,14 +30,14 @@ macro_rules! words {
 }
 
 words! {
-    "Whether a scene can be used." SceneState = job::SceneState::ALL.map(job::SceneState::as_str);
-    "Activity of the machine with a job." JobState = job::JobState::ALL.map(job::JobState::as_str);
+    "Whether a scene can be used." SceneState = lifecycle::SceneState::ALL.map(lifecycle::SceneState::as_str);
+    "Activity of the machine with a job." JobState = lifecycle::JobState::ALL.map(lifecycle::JobState::as_str);
     "The operation: `generate` and `retry` build a scene, `freeze_dataset` makes a version of a dataset and \
      `verify_dataset` reads one, `record_attempt` makes one attempt of a recording and `assemble_recording` writes its \
      dataset, `execute_task` has a simulated robot do a task."
-        JobKind = job::JobKind::ALL.map(job::JobKind::as_str);
+        JobKind = lifecycle::JobKind::ALL.map(lifecycle::JobKind::as_str);
     "Whether and when a failure is worth another try."
-        FailureClass = job::FailureClass::ALL.map(job::FailureClass::as_str);
+        FailureClass = lifecycle::FailureClass::ALL.map(lifecycle::FailureClass::as_str);
     "State of a freeze." DatasetState = store::datasets::DatasetState::ALL.map(store::datasets::DatasetState::as_str);
     "State of a recording of episodes; only `queued` and `running` are not final."
         RecordingState = store::recordings::RecordingState::ALL.map(store::recordings::RecordingState::as_str);

@@ -12,7 +12,7 @@ use super::{Settings, backoff};
 use crate::pipeline::checkpoint::CancelFlag;
 use crate::pipeline::error::StageError;
 use crate::spans;
-use scene::job::{Failure, FailureClass, JobState};
+use store::lifecycle::{Failure, FailureClass, JobState};
 use store::queue::{AttemptOutcome, Claim};
 use store::{Lease, Store, StoreError};
 

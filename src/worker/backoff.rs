@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use super::Settings;
 use crate::pipeline::error::{StageError, StageErrorClass};
-use scene::job::{Failure, FailureClass};
 use store::StoreError;
+use store::lifecycle::{Failure, FailureClass};
 use store::queue::AttemptOutcome;
 
 /// The outcome of a stage's error in attempt `attempt` (from 1); `None` where the worker itself stopped

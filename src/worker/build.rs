@@ -9,7 +9,7 @@ use super::work::{Work, WorkAttempt};
 use crate::pipeline::checkpoint::{Checkpoints, JobScope, StageRuntime};
 use crate::pipeline::error::StageError;
 use scene::SceneRequest;
-use scene::job::JobKind;
+use store::lifecycle::JobKind;
 use store::queue::{AttemptOutcome, ClaimedWork};
 
 /// The finished scene's blobs (stored already) and its summary.

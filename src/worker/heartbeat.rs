@@ -10,7 +10,7 @@ use tokio_util::sync::{CancellationToken, DropGuard};
 use crate::background::kept_running;
 use crate::pipeline::checkpoint::CancelFlag;
 use scene::JobId;
-use scene::job::JobState;
+use store::lifecycle::JobState;
 use store::{Lease, Store, StoreError};
 
 /// Reason why a job's interrupt was raised.

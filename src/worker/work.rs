@@ -12,7 +12,7 @@ use futures::future::BoxFuture;
 use super::Settings;
 use crate::pipeline::checkpoint::CancelFlag;
 use crate::pipeline::error::StageError;
-use scene::job::JobKind;
+use store::lifecycle::JobKind;
 use store::queue::{AttemptOutcome, Claim, ClaimedWork};
 
 /// Carries out jobs of some kinds: `worker::build::SceneBuilder`, `freezer::Freezer`, `recorder::Recorder` and

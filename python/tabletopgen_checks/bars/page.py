@@ -21,13 +21,13 @@ UNCOMMITTED = " with uncommitted changes"
 SCENES_OF_TEXTS = (
     "config/catalog", "config/default.toml", "crates/base/catalog", "crates/models/embedded", "crates/data/export",
     "crates/base/geometry", "crates/method/physics", "crates/method/pose_estimation", "crates/method/render",
-    "crates/base/scene", "crates/method/vision", "src/pipeline", "src/pipeline.rs",
+    "crates/base/certificate", "crates/base/scene", "crates/method/vision", "src/pipeline", "src/pipeline.rs",
 )
 SCENES_OF_IMAGES = (
     "config/catalog", "config/default.toml", "crates/base/catalog", "crates/models/embedded/src/mesh_generator.rs",
     "crates/models/embedded/src/single_view_reconstruction", "crates/data/export", "crates/base/geometry",
-    "crates/method/physics", "crates/method/pose_estimation", "crates/method/render", "crates/base/scene",
-    "crates/method/vision", "src/pipeline", "src/pipeline.rs", "weights",
+    "crates/method/physics", "crates/method/pose_estimation", "crates/method/render", "crates/base/certificate",
+    "crates/base/scene", "crates/method/vision", "src/pipeline", "src/pipeline.rs", "weights",
 )
 
 

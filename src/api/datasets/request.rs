@@ -17,10 +17,10 @@ use datasets::filter::Filter;
 use datasets::freeze;
 use datasets::sharing::{LeakageRules, Shareable};
 use datasets::splits::{SplitPlan, assign, groups};
-use scene::job::SceneState;
 use scene::request::{Input, MAX_SEED};
 use scene::{BatchId, SceneId};
 use store::datasets::DatasetState;
+use store::lifecycle::SceneState;
 use store::scenes::SceneRow;
 
 /// Largest shard that may be asked for, MiB: a shard is in memory at once while it is stored.

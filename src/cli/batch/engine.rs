@@ -19,9 +19,9 @@ use crate::cli::backup::failed;
 use crate::cli::{Exit, Failure};
 use crate::worker::Worker;
 use batches::{BatchRequest, Grant, OutputError, OutputLine, Pace, RequestState};
-use scene::job::JobState;
 use scene::{JobId, MicroUsd, SceneId};
 use store::jobs::{JobRow, RetryOutcome};
+use store::lifecycle::JobState;
 use store::scenes::{SceneRow, SubmitOutcome};
 use store::{DEFAULT_TENANT, Outage, Store, StoreError};
 

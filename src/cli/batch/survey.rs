@@ -15,8 +15,8 @@ use crate::cli::backup::failed;
 use crate::cli::{Exit, Failure};
 use batches::request::MAX_REQUESTS;
 use batches::{BatchRequest, OutputLine, Registry, RequestCounts, RequestDigest, RequestState};
-use scene::job::JobState;
 use scene::{MicroUsd, SceneId};
+use store::lifecycle::JobState;
 use store::scenes::SceneFilter;
 use store::{DEFAULT_TENANT, Store};
 

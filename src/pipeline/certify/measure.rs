@@ -9,6 +9,10 @@ use crate::pipeline::composition::BodyParts;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::{Loaded, body};
 use crate::pipeline::rotate;
+use certificate::{
+    Appearance, BodyHealth, Certificate, Collision, Displacement, Displacements, Fidelity, MethodShare,
+    ObjectCertificate, Reason, ReasonCode, Region, Regions, RotationFinding, Thresholds, Verdict,
+};
 use export::body::{Contact, check_solid};
 use geometry::Pose;
 use geometry::collide::PlacedSolid;
@@ -16,11 +20,7 @@ use physics::metrics::Movement;
 use physics::settle::{SettleError, angle_between_rad};
 use physics::{Body, Collisions, Stability, SupportFinding, carriers, collisions, stability, support};
 use runtime::CancelFlag;
-use scene::certificate::{
-    Appearance, BodyHealth, Certificate, Collision, Displacement, Displacements, Fidelity, MethodShare,
-    Metrics, ObjectCertificate, Reason, ReasonCode, Region, Regions, RotationFinding, Thresholds, Verdict,
-};
-use scene::{Input, InstanceId, ReconstructionMethod};
+use scene::{Input, InstanceId, Metrics, ReconstructionMethod};
 use vision::image_similarity::{MismatchRegion, MismatchRegions, SceneSimilarity};
 
 /// Maximum distance that a footprint may reach over the outline before the object counts as outside, meters.

@@ -12,9 +12,9 @@ use super::Inputs;
 use crate::pipeline::composition::BodyParts;
 use crate::pipeline::error::StageError;
 use crate::pipeline::resolve::Loaded;
+use certificate::{BodyHealth, HealthThresholds, Reason, ReasonCode};
 use geometry::convex_hull::{FlatPlanes, planes};
 use geometry::{ConvexHull, Friction, TexturedMesh};
-use scene::certificate::{BodyHealth, HealthThresholds, Reason, ReasonCode};
 
 /// Section `[health]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

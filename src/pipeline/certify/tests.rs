@@ -7,6 +7,7 @@ use super::*;
 use crate::pipeline::resolve::ResolvedBody;
 use crate::pipeline::rotate;
 use catalog::PhysicalProperties;
+use certificate::{Certificate, MadeWith, ReasonCode};
 use export::Images;
 use geometry::convex_hull::convex_hull;
 use geometry::decompose::{DecomposeSettings, HullFit, decompose_and_fit};
@@ -17,13 +18,11 @@ use geometry::solid_query::MeshSolid;
 use geometry::{Camera, Friction, Material, Outline, Pose, Rgb, Solid, TexturedMesh, shapes};
 use imaging::Mask;
 use runtime::CancelFlag;
-use scene::SceneRequest;
-use scene::certificate::{Certificate, MadeWith, ReasonCode};
 use scene::recognition::{CameraKnowledge, RecognizedTable, StandsOn};
 use scene::request::RequestOptions;
 use scene::{
-    Input, InstanceId, InstanceMask, Recognition, RecognizedObject, ReconstructionMethod, SupportTree,
-    Supporter, TableShape,
+    Input, InstanceId, InstanceMask, Recognition, RecognizedObject, ReconstructionMethod, SceneRequest,
+    SupportTree, Supporter, TableShape,
 };
 use vision::image_similarity::{MismatchRegion, MismatchRegions, ObjectSimilarity, SceneSimilarity};
 

@@ -16,6 +16,7 @@ use crate::pipeline::preview::{PreviewBody, Studio};
 use crate::pipeline::rehearse::ObjectGrasps;
 use crate::pipeline::resolve::Loaded;
 use catalog::{made_of, wikidata_item};
+use certificate::Certificate;
 use export::archive::zip_derived_bundle;
 use export::{Assets, BodyAsset, BundleFile, Images, write_formats, zip_bundle};
 use geometry::parallel_grasp::ParallelGrasp;
@@ -25,7 +26,7 @@ use imaging::{Image, Mask};
 use render::annotate::{fitted, side_by_side};
 use scene::finished::Frame;
 use scene::instance::ImageRegion;
-use scene::{Certificate, Instance, InstanceId, RecognizedObject, Scene, Support, Table};
+use scene::{Instance, InstanceId, RecognizedObject, Scene, Support, Table};
 use vision::image_similarity::{SceneSimilarity, compare};
 
 /// Images of the scene, and how much they are like the reference image.

@@ -223,7 +223,7 @@ fn carry_out_all(
     }
     composition.edit =
         Some(EditAccount { parent: inputs.plan.parent_id.clone(), operations: results, moved });
-    composition.resolve = scene::certificate::ResolveFinding {
+    composition.resolve = certificate::ResolveFinding {
         rounds: 1,
         log: composition
             .edit

@@ -11,8 +11,8 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::Part;
+use certificate::{Relaxation, RelaxationKind};
 use geometry::{ConvexHull, Outline};
-use scene::certificate::{Relaxation, RelaxationKind};
 use scene::{SupportTree, Supporter};
 
 /// Section `[no_room]`.

@@ -4,12 +4,12 @@ use glam::DVec2;
 use serde::de::DeserializeOwned;
 
 use super::*;
+use certificate::RelaxationKind;
 use geometry::decompose::decompose;
 use geometry::shapes::{block, rectangle, shell_of_revolution};
 use geometry::{Material, Rgb, Solid};
 use runtime::CancelFlag;
 use scene::Supporter;
-use scene::certificate::RelaxationKind;
 use store::Digest;
 
 /// A section of the built-in settings.

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use hyper::Method;
 use scene::RecordingId;
-use scene::job::{Failure, FailureClass, JobKind};
 use serde_json::{Value, json};
+use store::lifecycle::{Failure, FailureClass, JobKind};
 use store::queue::{AttemptOutcome, Scope};
 use store::recordings::{MadeAttempt, NewRecording, SubmitRecordingOutcome};
 use store::{DEFAULT_TENANT, Digest, Intent, Lease, Store};

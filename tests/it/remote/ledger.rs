@@ -292,8 +292,8 @@ async fn a_question_that_is_asked_twice_has_two_answers() {
 
 #[tokio::test]
 async fn every_way_out_of_a_worker_closes_the_books() {
-    let failure = || scene::job::Failure {
-        class: scene::job::FailureClass::Transient,
+    let failure = || store::lifecycle::Failure {
+        class: store::lifecycle::FailureClass::Transient,
         code: "t".into(),
         message: "m".into(),
     };

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use hyper::Method;
 use scene::JobId;
-use scene::job::JobState;
 use store::DEFAULT_TENANT;
+use store::lifecycle::JobState;
 use tabletopgen::service;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 

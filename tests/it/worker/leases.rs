@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use scene::job::{Failure, FailureClass};
 use scene::{JobId, SceneId};
 use serde_json::json;
 use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
 use store::checkpoints::{Checkpoint, StageKey};
 use store::events::Event;
+use store::lifecycle::{Failure, FailureClass};
 use store::queue::{AttemptOutcome, Claim, Scope};
 use store::scenes::NewScene;
 use store::{DEFAULT_TENANT, Digest, Store, StoreError};

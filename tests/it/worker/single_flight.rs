@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use scene::JobId;
-use scene::job::JobState;
 use serde_json::json;
+use store::lifecycle::JobState;
 use store::queue::Scope;
 use store::scenes::{NewScene, SubmitOutcome};
 use store::{DEFAULT_TENANT, Store};

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Certificate, Instance, Light, SceneRequest, Support, Table};
-use crate::certificate::Metrics;
+use super::{Instance, Light, SceneRequest, Support, Table};
 use crate::edit::EditAccount;
 use crate::support_tree::{InvalidSupport, SupportTree, Supporter};
 use crate::text_account::TextAccount;
@@ -40,6 +39,21 @@ pub struct Scene {
 }
 
 validated!(Scene);
+
+/// The paper's four physical metrics (Sec. Experiments), as fractions.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Metrics {
+    /// Colliding pairs over all pairs, the table included, on the visual meshes.
+    pub col_o: f64,
+    /// 1 if any pair collides, else 0 (a rate over many scenes).
+    pub col_s: f64,
+    /// Share of objects whose center of mass projects into their support region.
+    pub ss: f64,
+    /// Share of objects that stay within 3 cm and 30 degrees over 5 s, from the poses of the stage `place`.
+    pub dss_aligned: f64,
+    /// As `dss_aligned`, from the poses of the bundle.
+    pub dss_shipped: f64,
+}
 
 /// Coordinate conventions of the files of a bundle.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -101,11 +115,4 @@ impl Scene {
         };
         SupportTree::new(self.instances.iter().map(supporter).collect())
     }
-}
-
-/// A scene with its certificate: the input of the stage `bundle`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CertifiedScene {
-    pub scene: Scene,
-    pub certificate: Certificate,
 }

@@ -1,4 +1,4 @@
-//! Domain types of the pipeline: requests, descriptions, recognitions, the finished scene, certificates, jobs.
+//! Domain types of the pipeline: requests, descriptions, recognitions, the finished scene.
 //!
 //! Deserialized requests, recognitions and scenes are valid: names are unique, sizes positive, and supports form a tree
 //! rooted at the table. The crate depends on geometry and imaging only; it must not depend on transport, storage or
@@ -35,17 +35,14 @@ pub mod grasps;
 pub mod instance;
 pub mod support_tree;
 pub mod money;
-pub mod certificate;
 pub mod appraisal;
 pub mod finished;
-pub mod job;
 
-pub use certificate::Certificate;
 pub use description::{
     Arrangement, ArrangementKind, ObjectSpec, Relation, RelationKind, RequestedPose, SceneDescription,
 };
 pub use edit::{EditOperation, EditPlace};
-pub use finished::Scene;
+pub use finished::{Metrics, Scene};
 pub use geometry::{Friction, MassProperties};
 pub use id::{BatchId, DatasetId, JobId, RecordingId, SceneId, TenantId};
 pub use instance::{Instance, Provenance, ReconstructionMethod, Support, SupportRelation};

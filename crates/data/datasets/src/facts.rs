@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use scene::certificate::Verdict;
+use certificate::Verdict;
 use scene::{Input, Scene, SupportRelation};
 
 use crate::bundle::{Bundle, sha256};

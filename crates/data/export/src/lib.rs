@@ -46,7 +46,8 @@ pub use settings::{ExportSettings, UrdfPaths, UsdForm};
 use rayon::prelude::*;
 
 use self::wavefront::Wavefront;
-use scene::{Certificate, Scene};
+use certificate::Certificate;
+use scene::Scene;
 
 /// The JSON schema of `scene.json`, shipped with every bundle.
 pub const SCENE_SCHEMA: &str = include_str!("../../../../schemas/scene.schema.json");

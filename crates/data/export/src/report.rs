@@ -12,9 +12,10 @@ mod page;
 
 use serde::Serialize;
 
+use certificate::Certificate;
+use scene::Scene;
 use scene::edit::EditAccount;
 use scene::text_account::TextAccount;
-use scene::{Certificate, Scene};
 
 use super::{Body, BundleFile, ExportError, Images};
 use crate::round_trip::RoundTripReport;

@@ -55,6 +55,7 @@ pub const CRATES: &[Layer] = &[
     layer("vision", &["catalog", "geometry", "imaging", "render", "runtime"], PURE),
     layer("pose_estimation", &["geometry", "imaging", "render", "runtime", "soft_raster"], PURE),
     layer("scene", &["geometry", "imaging"], PURE),
+    layer("certificate", &["geometry", "scene"], PURE),
     // Of the domain types it takes the support tree alone.
     layer("physics", &["geometry", "runtime", "scene"], PURE),
     layer("editing", &["catalog", "geometry", "physics", "runtime", "scene"], PURE),
@@ -65,13 +66,13 @@ pub const CRATES: &[Layer] = &[
     layer("manipulation", &["geometry", "physics", "robot", "runtime", "scene", "tasks"], PURE),
     layer(
         "export",
-        &["geometry", "imaging", "mesh_io", "runtime", "scene"],
+        &["certificate", "geometry", "imaging", "mesh_io", "runtime", "scene"],
         &[SERVERS, CLIENTS, ROWS, TASKS, FILES, SYSTEM],
     ),
     // Datasets are files on a disk: it reads bundles and writes shards.
     layer(
         "datasets",
-        &["export", "geometry", "imaging", "runtime", "scene"],
+        &["certificate", "export", "geometry", "imaging", "runtime", "scene"],
         &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES, SYSTEM, CLOCKS, CHANCE],
     ),
     // Episodes know nothing of scenes: they are numbers and images, and become files on a disk.
@@ -151,6 +152,7 @@ pub const ROOT_MODULES: &[Layer] = &[
         "pipeline",
         &[
             "catalog",
+            "certificate",
             "editing",
             "export",
             "geometry",

@@ -10,7 +10,7 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use super::readers::Readers;
 use super::{Store, StoreError, database};
 use crate::boxed;
-use scene::job::JobState;
+use crate::lifecycle::JobState;
 use scene::{JobId, TenantId};
 
 /// One event, of a job or of a recording.

@@ -8,7 +8,7 @@ use sqlx::{AnyConnection, Row};
 use super::queue::{JobSubject, NewJob, QueueColumns};
 use super::{Digest, Store, StoreError, database};
 use crate::boxed;
-use scene::job::JobKind;
+use crate::lifecycle::JobKind;
 use scene::{JobId, SceneId, TenantId};
 
 /// An execution to be enqueued.

@@ -8,7 +8,7 @@ use super::list_query::ListQuery;
 use super::queue::{JobSubject, NewJob, QueueColumns};
 use super::{Store, StoreError, batches, database, datasets};
 use crate::boxed;
-use scene::job::{JobKind, JobState, SceneState};
+use crate::lifecycle::{JobKind, JobState, SceneState};
 use scene::{BatchId, DatasetId, JobId, RecordingId, SceneId, TenantId};
 
 /// A job's row.

@@ -17,6 +17,7 @@
 //! # Ok::<(), store::StoreError>(())
 //! ```
 
+pub mod lifecycle;
 pub mod settings;
 pub mod error;
 pub mod digest;

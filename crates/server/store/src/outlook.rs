@@ -20,8 +20,8 @@ use super::jobs::JobRow;
 use super::scenes::NewRows;
 use super::{Store, StoreError, database};
 use crate::boxed;
+use crate::lifecycle::JobState;
 use scene::TenantId;
-use scene::job::JobState;
 
 /// The durations of so many jobs are averaged.
 const MEASURED_JOBS: i64 = 50;

@@ -28,7 +28,7 @@ use super::executions::ExecutionAnswer;
 use super::recordings::MadeAttempt;
 use super::{Store, StoreError, calls, database, datasets, events, recordings, stage_claims};
 use crate::boxed;
-use scene::job::{Failure, JobEvent, JobState};
+use crate::lifecycle::{Failure, JobEvent, JobState};
 use scene::{DatasetId, JobId, TenantId};
 
 pub use claimed::{Claim, ClaimedWork, SceneWork};

@@ -7,7 +7,7 @@ use sqlx::{AnyConnection, Row};
 use super::queue::{JobSubject, NewJob, QueueColumns};
 use super::{Store, StoreError, database};
 use crate::boxed;
-use scene::job::{JobKind, JobState};
+use crate::lifecycle::{JobKind, JobState};
 use scene::{JobId, SceneId, TenantId};
 
 /// Result of a request to make a scene's bytes again.

@@ -12,7 +12,7 @@ use super::list_query::ListQuery;
 use super::queue::{NewJob, QueueColumns, QueueFull, Schedule};
 use super::{Store, StoreError, database, queue};
 use crate::boxed;
-use scene::job::{JobEvent, JobState, SceneState};
+use crate::lifecycle::{JobEvent, JobState, SceneState};
 use scene::{JobId, SceneId, TenantId};
 
 /// Lifetime of an idempotency key.

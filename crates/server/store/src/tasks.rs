@@ -5,8 +5,8 @@ use sqlx::Row;
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError};
 use crate::boxed;
+use crate::lifecycle::JobState;
 use scene::JobId;
-use scene::job::JobState;
 
 /// A vendor's job that has not ended.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -33,7 +33,7 @@ use super::checkpoints::{Checkpoint, StageKey};
 use super::queue::{Claim, Scope};
 use super::scenes::{NewScene, SubmitOutcome};
 use super::*;
-use scene::job::{Failure, FailureClass, JobKind, JobState};
+use crate::lifecycle::{Failure, FailureClass, JobKind, JobState};
 use scene::{JobId, SceneId};
 
 /// Lone deaths without progress after which work fails.

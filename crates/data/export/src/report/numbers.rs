@@ -1,6 +1,6 @@
 //! Formatting of measured values for people: millimeters, degrees, percent.
 
-use scene::certificate::Displacement;
+use certificate::Displacement;
 
 /// A body that moved farther has left the scene, meters.
 const LOST_M: f64 = 100.0;

@@ -2,6 +2,11 @@
 
 use glam::{DQuat, DVec2, DVec3};
 
+use certificate::{
+    Appearance, BodyHealth, Certificate, Displacement, Displacements, Fidelity, HealthThresholds, MadeWith,
+    MethodShare, ObjectCertificate, Region, Regions, Relaxation, RelaxationKind, ResolveFinding,
+    RobotFinding, RotationFinding, TaskTried, Thresholds, Verdict,
+};
 use geometry::decompose::HullFit;
 use geometry::parallel_grasp::ParallelGrasp;
 use geometry::repair::Repair;
@@ -10,11 +15,6 @@ use geometry::{
 };
 use imaging::{Image, Texture};
 use scene::appraisal::{Appraisal, Criterion, ModelResponse, ProposedTask, Rating, TaskKind};
-use scene::certificate::{
-    Appearance, BodyHealth, Displacement, Displacements, Fidelity, HealthThresholds, MadeWith, MethodShare,
-    Metrics, ObjectCertificate, Region, Regions, Relaxation, RelaxationKind, ResolveFinding, RobotFinding,
-    RotationFinding, TaskTried, Thresholds, Verdict,
-};
 use scene::finished::Frame;
 use scene::grasps::{GraspFile, GraspRecord, GraspVerdict};
 use scene::instance::{ImageRegion, SupportRelation};
@@ -22,7 +22,7 @@ use scene::predicates::{Unmet, UnmetDemand};
 use scene::request::RequestOptions;
 use scene::text_account::{ChangedPart, TextAccount};
 use scene::{
-    Certificate, Goal, GoalPredicate, Input, Instance, InstanceId, PredicateKind, Provenance,
+    Goal, GoalPredicate, Input, Instance, InstanceId, Metrics, PredicateKind, Provenance,
     ReconstructionMethod, RelationKind, Scene, SceneRequest, StandIn, Support, Table, TableShape,
     TextMeaning, TextSpan, Understood, Unrecognized, UnrecognizedReason,
 };

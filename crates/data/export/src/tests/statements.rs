@@ -4,7 +4,7 @@ use super::specimen::{settings, specimen, text};
 use crate::*;
 
 /// The page of the specimen, changed.
-fn page(change: impl FnOnce(&mut scene::Certificate)) -> String {
+fn page(change: impl FnOnce(&mut certificate::Certificate)) -> String {
     let (scene, mut certificate, assets, images) = specimen();
     change(&mut certificate);
     let files = write_formats(&scene, &certificate, &assets, &images, Vec::new(), &settings(UsdForm::Usda));

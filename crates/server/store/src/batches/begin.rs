@@ -9,10 +9,10 @@ use sqlx::{AnyConnection, Row};
 
 use super::{BatchRow, assign_job, corrupt_item, error_text};
 use crate::jobs::{self, RetryOutcome};
+use crate::lifecycle::SceneState;
 use crate::queue::{self, Schedule};
 use crate::scenes::{self, NewScene, SubmitOutcome};
 use crate::{StoreError, database};
-use scene::job::SceneState;
 use scene::{BatchId, JobId, MicroUsd, SceneId};
 
 /// A pending item.

@@ -6,8 +6,8 @@ use sqlx::{AnyConnection, Row};
 
 use super::{corrupt_item, error_text};
 use crate::StoreError;
+use crate::lifecycle::{JobState, SceneState};
 use scene::BatchId;
-use scene::job::{JobState, SceneState};
 
 /// Final state of an item, as it is written.
 struct Settlement {

@@ -8,9 +8,9 @@ use super::DatasetState;
 use crate::boxed;
 use crate::database::Dialect;
 use crate::jobs::{JobRow, RetryOutcome};
+use crate::lifecycle::{JobKind, JobState};
 use crate::queue::{JobSubject, NewJob, QueueColumns};
 use crate::{Digest, Store, StoreError, database};
-use scene::job::{JobKind, JobState};
 use scene::{DatasetId, JobId, TenantId};
 
 /// A dataset to be frozen.

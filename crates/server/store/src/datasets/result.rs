@@ -5,8 +5,8 @@ use serde_json::Value;
 use sqlx::AnyConnection;
 
 use super::{DatasetRow, dataset_of};
+use crate::lifecycle::JobState;
 use crate::{StoreError, database};
-use scene::job::JobState;
 use scene::{DatasetId, JobId};
 
 /// A version whose files are recorded.

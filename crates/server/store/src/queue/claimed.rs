@@ -9,9 +9,9 @@ use sqlx::{AnyConnection, Row};
 use super::{Lease, Scope, milliseconds, move_job, rescue, turns};
 use crate::datasets::{self, DatasetRow};
 use crate::executions::{self, ExecutionRow};
+use crate::lifecycle::{JobEvent, JobKind};
 use crate::recordings::{self, AttemptWork, RecordingRow};
 use crate::{StoreError, database, events};
-use scene::job::{JobEvent, JobKind};
 use scene::{DatasetId, JobId, SceneId, TenantId};
 
 /// A claimed job.

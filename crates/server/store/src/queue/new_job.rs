@@ -6,8 +6,8 @@ use uuid::Uuid;
 
 use super::QueueColumns;
 use crate::jobs::JobRow;
+use crate::lifecycle::{JobKind, JobState};
 use crate::{StoreError, database, events};
-use scene::job::{JobKind, JobState};
 use scene::{DatasetId, JobId, RecordingId, SceneId, TenantId};
 
 /// The object of a job: the row that it makes or examines.

@@ -4,9 +4,9 @@ use serde_json::{Value, json};
 use sqlx::{AnyConnection, Row};
 
 use super::{AttemptOutcome, Lease, guard, milliseconds, move_job};
+use crate::lifecycle::{Failure, JobEvent, JobState};
 use crate::{StoreError, artifacts, database, datasets, events, executions, recordings};
 use scene::JobId;
-use scene::job::{Failure, JobEvent, JobState};
 
 /// Ends an attempt at a job.
 pub(super) async fn finish(

@@ -10,9 +10,9 @@ use super::move_job;
 use super::outcome::fail;
 use crate::database::Dialect;
 use crate::deaths::Deaths;
+use crate::lifecycle::{Failure, FailureClass, JobEvent, JobState};
 use crate::{StoreError, database, events};
 use scene::JobId;
-use scene::job::{Failure, FailureClass, JobEvent, JobState};
 
 /// Maximum number of jobs of each sort in one transaction.
 const BATCH: i64 = 16;

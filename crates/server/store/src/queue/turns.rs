@@ -10,8 +10,8 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use crate::database::Dialect;
 use crate::deaths::IS_SUSPECT;
+use crate::lifecycle::JobKind;
 use crate::{StoreError, database, deaths};
-use scene::job::JobKind;
 use scene::{JobId, SceneRequest};
 
 /// The jobs that a worker claims.

@@ -7,9 +7,9 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use super::events::{append, ends_with};
 use super::{RecordingEventKind, RecordingRow, RecordingState, recording_of, stored};
 use crate::database::Dialect;
+use crate::lifecycle::JobKind;
 use crate::queue::{JobSubject, NewJob, QueueColumns};
 use crate::{StoreError, database};
-use scene::job::JobKind;
 use scene::{JobId, RecordingId};
 
 /// Attempts that wait or are made at once for each episode that is missing: more would mostly be made in vain.

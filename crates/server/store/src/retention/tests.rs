@@ -12,7 +12,7 @@ use super::super::queue::{AttemptOutcome, Scope};
 use super::super::scenes::{NewScene, SubmitOutcome};
 use super::super::{BlobPlace, DEFAULT_TENANT, DatabaseAddress, Intent, Settings};
 use super::*;
-use scene::job::JobState;
+use crate::lifecycle::JobState;
 use scene::{JobId, SceneId};
 
 /// Nothing is young.

@@ -12,9 +12,9 @@ use crate::batches::{
 };
 use crate::calls::{CallEnd, Reservation};
 use crate::jobs::{JobFilter, RetryOutcome};
+use crate::lifecycle::{Failure, FailureClass};
 use crate::queue::AttemptOutcome;
 use crate::scenes::{DeleteOutcome, SceneFilter};
-use scene::job::{Failure, FailureClass};
 use scene::{BatchId, MicroUsd};
 
 fn rules(window: i64) -> FeedRules {

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::*;
 use crate::jobs::RetryOutcome;
+use crate::lifecycle::{Failure, FailureClass, JobState};
 use crate::queue::{AttemptOutcome, CancelOutcome};
-use scene::job::{Failure, FailureClass, JobState};
 
 fn failure() -> Failure {
     Failure { class: FailureClass::Transient, code: "test".into(), message: "a test".into() }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::*;
-use scene::job::JobState;
+use crate::lifecycle::JobState;
 
 async fn queued(store: &Store) -> JobId {
     submitted(store).await.1

@@ -3,10 +3,10 @@
 use super::*;
 use crate::artifacts::{ArchiveRow, BuiltScene};
 use crate::jobs::{JobFilter, JobRow};
+use crate::lifecycle::{JobKind, JobState};
 use crate::outlook::Outlook;
 use crate::queue::AttemptOutcome;
 use crate::scenes::SceneFilter;
-use scene::job::{JobKind, JobState};
 
 fn all_jobs() -> JobFilter {
     JobFilter { limit: 10, ..JobFilter::default() }

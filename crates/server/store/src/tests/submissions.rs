@@ -1,8 +1,8 @@
 //! Submissions and lists of scenes.
 
 use super::*;
+use crate::lifecycle::SceneState;
 use crate::scenes::SceneFilter;
-use scene::job::SceneState;
 
 fn with_key(key: &str, body: &str) -> NewScene {
     NewScene { idempotency: Some((key.to_owned(), body.to_owned())), ..new_scene() }

@@ -1,8 +1,8 @@
 //! Order of claims: ranks, tenants, times, request versions, pauses, and room in the queue.
 
 use super::*;
+use crate::lifecycle::{Failure, JobState};
 use crate::queue::{AttemptOutcome, Schedule};
-use scene::job::{Failure, JobState};
 use scene::{SceneRequest, TenantId};
 
 /// The schedule of a request that states none.

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use batches::{BatchState, OutputError};
-use scene::job::{Failure, FailureClass, JobKind, JobState, SceneState};
 use scene::{BatchId, DatasetId, JobId, MicroUsd, RecordingId, SceneId};
 use serde_json::json;
 use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
@@ -17,6 +16,7 @@ use store::datasets::{
 };
 use store::executions::{ExecutionAnswer, NewExecution};
 use store::jobs::JobFilter;
+use store::lifecycle::{Failure, FailureClass, JobKind, JobState, SceneState};
 use store::queue::{AttemptOutcome, Schedule, Scope};
 use store::recordings::{
     ArchivePart, MadeAttempt, NewRecording, RecordingArchive, RecordingFile, RecordingFilter, RecordingState,

@@ -3,7 +3,7 @@
 use crate::report::Report;
 use crate::report::html::{Cell, Html};
 use crate::report::numbers::{at_most, degrees, mm, percent, significant, word};
-use scene::certificate::{BodyHealth, Fidelity, ObjectCertificate, ReasonCode};
+use certificate::{BodyHealth, Fidelity, ObjectCertificate, ReasonCode};
 
 pub fn write(page: &mut Html, report: &Report<'_>) {
     let mut rows = poses(report);

@@ -4,7 +4,7 @@
 use crate::report::Report;
 use crate::report::html::{Cell, Html};
 use crate::report::numbers::word;
-use scene::certificate::{Region, Regions};
+use certificate::{Region, Regions};
 
 pub fn write(page: &mut Html, report: &Report<'_>) {
     let rows = report.certificate.objects.iter().map(|object| {

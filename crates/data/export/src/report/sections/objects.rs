@@ -4,8 +4,8 @@ use crate::report::Report;
 use crate::report::html::{Cell, Html};
 use crate::report::image::EmbeddedImages;
 use crate::report::numbers::{mm, movement, percent, word};
+use certificate::{Displacement, Displacements, ReasonCode, RelaxationKind};
 use scene::StandIn;
-use scene::certificate::{Displacement, Displacements, ReasonCode, RelaxationKind};
 
 pub fn write(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {
     cards(page, report, images);

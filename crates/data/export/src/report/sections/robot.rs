@@ -1,7 +1,7 @@
 //! Abilities of a robot in the scene: counts, and a table with one row per task.
 
 use crate::report::html::{Cell, Html};
-use scene::certificate::RobotFinding;
+use certificate::RobotFinding;
 
 pub fn write(page: &mut Html, finding: &RobotFinding) {
     let RobotFinding { name, objects, pickable, tasks_proposed, tasks_done, tasks } = finding;
@@ -13,7 +13,7 @@ pub fn write(page: &mut Html, finding: &RobotFinding) {
     if tasks.is_empty() {
         return;
     }
-    let row = |task: &scene::certificate::TaskTried| {
+    let row = |task: &certificate::TaskTried| {
         vec![Cell::UserText(task.instruction.clone()), Cell::Words(task.outcome.replace('_', " "))]
     };
     page.table("", &["Task", "Outcome"], tasks.iter().map(row).collect());

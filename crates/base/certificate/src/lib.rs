@@ -1,11 +1,14 @@
 //! The certificate of a scene: measurements, thresholds and the verdict.
+//!
+//! A crate of its own, so that a new measurement compiles the stage that makes it and the files that show it, and no
+//! algorithm.
 
 use serde::{Deserialize, Serialize};
 
-use super::appraisal::Appraisal;
-use super::{InstanceId, ReconstructionMethod};
 use geometry::decompose::HullFit;
 use geometry::repair::Repair;
+use scene::appraisal::Appraisal;
+use scene::{InstanceId, Metrics, ReconstructionMethod};
 
 /// All measurements of the stage `certify`. Rates are fractions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -83,21 +86,6 @@ pub enum ReasonCode {
 pub enum Verdict {
     Pass,
     Quarantine,
-}
-
-/// The paper's four physical metrics (Sec. Experiments), as fractions.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Metrics {
-    /// Colliding pairs over all pairs, the table included, on the visual meshes.
-    pub col_o: f64,
-    /// 1 if any pair collides, else 0 (a rate over many scenes).
-    pub col_s: f64,
-    /// Share of objects whose center of mass projects into their support region.
-    pub ss: f64,
-    /// Share of objects that stay within 3 cm and 30 degrees over 5 s, from the poses of the stage `place`.
-    pub dss_aligned: f64,
-    /// As `dss_aligned`, from the poses of the bundle.
-    pub dss_shipped: f64,
 }
 
 /// Thresholds of the verdict.
