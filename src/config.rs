@@ -13,6 +13,7 @@ mod open_settings;
 pub mod value;
 pub mod layers;
 mod nearest;
+mod parts;
 mod rules;
 
 use serde::{Deserialize, Serialize};

@@ -2,8 +2,8 @@
 //! robot can be trained.
 //!
 //! The modules stand in the order a request travels. Everything below them is a crate of its own under `crates/`:
-//! `scene` has the domain types, `certificate` their measurements, `ports` the five model interfaces, `store` what survives a restart. Read this file,
-//! then [`pipeline`], then one stage and the function it calls.
+//! `scene` has the domain types, `certificate` their measurements, `ports` the five model interfaces, `store` what
+//! survives a restart. Read this file, then [`pipeline`], then one stage and the function it calls.
 //!
 //! ```
 //! use tabletopgen::config::{Sources, layers};

@@ -1,13 +1,14 @@
 //! Rules between keys, and forms a range cannot express.
 
 use super::Config;
+use super::parts::Parts;
 use ports::feature_extractor::FeatureAdapter;
 use remote::settings::{AnalystProvider, TransportMode};
 use store::BlobPlace;
 
 /// Every broken rule: the key to change, and why.
 pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
-    let mut found = Vec::new();
+    let mut found = Parts::BUILT.lacking(config);
     let mut rule = |key: &'static str, holds: bool, detail: String| {
         if !holds {
             found.push((key, detail));

@@ -1,7 +1,9 @@
 //! The default file is complete and sound; layers win in their order; complaints say what would do.
 
 use super::keys::{Allowed, keys};
+use super::parts::Parts;
 use super::*;
+use store::BlobPlace;
 
 fn arguments(set: &[(&str, &str)]) -> Sources {
     let arguments = set.iter().map(|(key, text)| (key.to_string(), text.to_string(), "--set")).collect();
@@ -45,6 +47,20 @@ fn defaults_are_a_valid_configuration_and_mirror_every_field() {
     for field in fields {
         assert!(keys().contains_key(&field), "{field} is missing in default.toml");
     }
+}
+
+#[test]
+fn settings_that_ask_for_a_part_that_is_not_built_are_named() {
+    let mut config = layers::load(Sources::default()).expect("the defaults are valid").config;
+    let none = Parts { s3: false };
+    assert_eq!(none.lacking(&config), [], "the defaults ask for no part");
+    config.store.blobs = BlobPlace::S3;
+    let why = |what, feature| {
+        format!("names {what}, and this program was built without it; build with `--features {feature}`")
+    };
+    let expected = [("store.blobs", why("an S3 bucket", "s3"))];
+    assert_eq!(none.lacking(&config), expected);
+    assert_eq!(Parts { s3: true }.lacking(&config), []);
 }
 
 #[test]

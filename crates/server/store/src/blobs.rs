@@ -21,7 +21,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
-use object_store::aws::{AmazonS3, AmazonS3Builder};
 use object_store::local::LocalFileSystem;
 use object_store::memory::InMemory;
 use object_store::path::Path as ObjectPath;
@@ -31,7 +30,7 @@ use tokio::sync::RwLock;
 use super::outage::{Health, Part};
 use super::{BlobPlace, Digest, Settings, StoreError};
 use crate::boxed;
-use s3::S3Settings;
+use s3::{Bucket, S3Settings};
 use verified::VerifiedBlobs;
 
 /// Above this size, bytes are hashed on a thread that may block.
@@ -60,7 +59,7 @@ enum Backend {
     /// No other program can change the bytes, so they are not verified.
     Memory,
     S3 {
-        signer: Arc<AmazonS3>,
+        bucket: Bucket,
         /// Time for which a redirect to the bucket is valid; `None` = the bytes are streamed.
         presign: Option<Duration>,
         /// An existing object of at least this age is written again.
@@ -109,20 +108,15 @@ impl Blobs {
     ///
     /// # Errors
     ///
-    /// [`StoreError::Blob`] if the settings name no usable bucket.
+    /// [`StoreError::Blob`] if the settings name no usable bucket, [`StoreError::NotBuilt`] without the feature `s3`.
     fn in_s3(settings: &S3Settings, grace: Duration, health: Health) -> Result<Self, StoreError> {
-        let opened = settings.build(AmazonS3Builder::from_env()).map_err(|source| StoreError::Blob {
-            name: format!("bucket {:?}", settings.bucket),
-            doing: "opened",
-            source,
-        })?;
-        Ok(Self::in_bucket(opened, settings, grace / 2, health))
+        Ok(Self::in_bucket(Bucket::open(settings)?, settings, grace / 2, health))
     }
 
-    fn in_bucket(objects: AmazonS3, settings: &S3Settings, refresh_after: Duration, health: Health) -> Self {
-        let objects = Arc::new(objects);
+    fn in_bucket(bucket: Bucket, settings: &S3Settings, refresh_after: Duration, health: Health) -> Self {
+        let objects = bucket.objects();
         let presign = (settings.presign_secs > 0).then(|| Duration::from_secs(settings.presign_secs));
-        let backend = Backend::S3 { signer: objects.clone(), presign, refresh_after };
+        let backend = Backend::S3 { bucket, presign, refresh_after };
         Self::new(objects, backend, ObjectPath::from(settings.prefix.as_str()), health)
     }
 
@@ -145,9 +139,7 @@ impl Blobs {
             Backend::Files { .. } | Backend::Memory => {
                 self.objects.put(&path, bytes.into()).await.map(|_| ())
             }
-            Backend::S3 { refresh_after, .. } => {
-                s3::put(self.objects.as_ref(), &path, bytes, *refresh_after).await
-            }
+            Backend::S3 { bucket, refresh_after, .. } => bucket.put(&path, bytes, *refresh_after).await,
         };
         self.noted(&digest, "written", written)?;
         metrics::counter!("tabletopgen_blob_written_bytes_total").increment(size);

@@ -23,6 +23,10 @@ pub enum StoreError {
          create one with `tabletopgen serve` or `tabletopgen migrate --create`"
     )]
     NoDatabase { place: String, expected: &'static str },
+    #[error(
+        "the settings name {what}, and this program was built without it; build with `--features {feature}`"
+    )]
+    NotBuilt { what: &'static str, feature: &'static str },
     #[error("cannot bring the database up to date; it may belong to a newer version")]
     Migrate(#[from] sqlx::migrate::MigrateError),
     #[error("the database failed to {doing}")]
@@ -67,6 +71,7 @@ impl StoreError {
             Self::WriterStopped => Some(Outage::Other),
             Self::Locked { .. }
             | Self::NoDatabase { .. }
+            | Self::NotBuilt { .. }
             | Self::Migrate(_)
             | Self::LeaseLost { .. }
             | Self::Corrupt { .. }

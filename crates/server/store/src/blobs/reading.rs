@@ -87,13 +87,12 @@ impl Blobs {
         media_type: &str,
         disposition: Option<&str>,
     ) -> Result<Option<String>, StoreError> {
-        let Backend::S3 { signer, presign: Some(lifetime), .. } = &self.backend else { return Ok(None) };
+        let Backend::S3 { bucket, presign: Some(lifetime), .. } = &self.backend else { return Ok(None) };
         let Some(meta) = self.meta(digest).await? else { return Ok(None) };
         if !self.verified.contains(digest, &meta) && !self.verify(digest).await? {
             return Ok(None);
         }
-        let url =
-            super::s3::presigned(signer, &self.path_of(digest), *lifetime, media_type, disposition).await;
+        let url = bucket.presigned(&self.path_of(digest), *lifetime, media_type, disposition).await;
         url.map(Some).map_err(|source| self.failed(digest, "signed", source))
     }
 

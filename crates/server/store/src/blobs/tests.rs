@@ -1,5 +1,6 @@
 //! One suite on files, on memory and on a real S3 server, and what only some of them can have.
 
+#[cfg(feature = "s3")]
 mod s3_server;
 
 use std::path::PathBuf;
@@ -14,6 +15,7 @@ use super::super::outage::Health;
 use super::reading::MAX_VERIFY_FIRST_BYTES;
 use super::sweeping::Volume;
 use super::*;
+#[cfg(feature = "s3")]
 use s3_server::S3Server;
 
 const HOUR: Duration = Duration::from_secs(3600);
@@ -133,6 +135,7 @@ async fn memory_passes_the_suite() {
     suite(&Blobs::in_memory(Health::new())).await;
 }
 
+#[cfg(feature = "s3")]
 #[tokio::test]
 async fn s3_passes_the_suite() {
     let server = S3Server::shared();
@@ -207,6 +210,7 @@ async fn unfinished_puts_are_swept_when_they_are_old() {
     assert!(!old.exists() && young.exists());
 }
 
+#[cfg(feature = "s3")]
 #[tokio::test]
 async fn s3_creates_conditionally_and_refreshes_what_is_old() {
     let server = S3Server::shared();
@@ -231,6 +235,7 @@ async fn s3_creates_conditionally_and_refreshes_what_is_old() {
     assert_eq!(stored(&young).await, &b"hello table"[..], "one of another size is");
 }
 
+#[cfg(feature = "s3")]
 #[tokio::test]
 async fn s3_signs_addresses_of_intact_blobs() {
     let server = S3Server::shared();
@@ -251,6 +256,7 @@ async fn s3_signs_addresses_of_intact_blobs() {
     assert_eq!(blobs.presigned(&digest, "text/plain", None).await.expect("answers"), None, "damaged");
 }
 
+#[cfg(feature = "s3")]
 #[tokio::test]
 async fn s3_that_does_not_answer_is_an_outage_until_it_does() {
     let server = S3Server::shared();

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use super::super::super::outage::Health;
 use super::super::Blobs;
-use super::super::s3::S3Settings;
+use super::super::s3::{Bucket, S3Settings};
 use object_store::aws::AmazonS3Builder;
 
 const VARIABLE: &str = "TABLETOPGEN_TEST_S3_URL";
@@ -56,8 +56,8 @@ impl S3Server {
             presign_secs: 0,
         };
         let keys = AmazonS3Builder::new().with_access_key_id("test").with_secret_access_key("test");
-        let objects = settings.build(keys).expect("is a valid configuration");
-        Blobs::in_bucket(objects, &settings, refresh_after, health)
+        let bucket = Bucket::build(&settings, keys).expect("is a valid configuration");
+        Blobs::in_bucket(bucket, &settings, refresh_after, health)
     }
 
     /// Status, head and body of a plain request. The server routes by the service that a signature names.

@@ -1,0 +1,25 @@
+//! The optional parts of this program, which are features of its Cargo package, and the settings that ask for them.
+
+use super::Config;
+use store::BlobPlace;
+
+/// The parts that a program was built with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Parts {
+    pub s3: bool,
+}
+
+impl Parts {
+    /// The parts of this program.
+    pub const BUILT: Self = Self { s3: cfg!(feature = "s3") };
+
+    /// Every setting that asks for a part that is not there: the key, and why.
+    pub fn lacking(self, config: &Config) -> Vec<(&'static str, String)> {
+        let asked = [("store.blobs", config.store.blobs == BlobPlace::S3, self.s3, "an S3 bucket", "s3")];
+        let lacking = asked.into_iter().filter(|(_, is_asked, is_built, ..)| *is_asked && !is_built);
+        let complaint = |what, feature| {
+            format!("names {what}, and this program was built without it; build with `--features {feature}`")
+        };
+        lacking.map(|(key, _, _, what, feature)| (key, complaint(what, feature))).collect()
+    }
+}
