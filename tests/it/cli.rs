@@ -11,4 +11,5 @@ mod signals;
 mod batch;
 mod backups;
 mod deployment;
+#[cfg(feature = "otel")]
 mod telemetry;
