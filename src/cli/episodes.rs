@@ -15,7 +15,7 @@ use super::generate::refused;
 use super::options::ConfigOptions;
 use super::output::{Kind, Output};
 use super::{Exit, Failure, input_file, number, runtime, scene_summary, signals, terminal};
-use crate::app::episodes::order::{MAX_COUNT, MAX_FPS, MAX_POINTS, format_named};
+use crate::app::episodes::order::{MAX_COUNT, MAX_FPS, MAX_POINTS, makeable_format};
 use crate::app::episodes::recorder::{Amount, RecordError, Recorded, Tally, record};
 use crate::app::episodes::{Cameras, EpisodesOrder, card, setup};
 use demonstrations::randomization::AXES;
@@ -57,7 +57,7 @@ pub struct Arguments {
     #[arg(long)]
     force: bool,
     /// lerobot-v3.0, lerobot-v3.0-images, lerobot-v2.1, lerobot-v2.1-images, robomimic, parquet-png
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "lerobot-v3.0", value_parser = format_named)]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "lerobot-v3.0", value_parser = makeable_format)]
     format: Vec<Format>,
     /// Usual cameras (side, front, wrist), none, or a file with a list of own ones
     #[arg(long, value_name = "NAME,...|none|FILE", default_value = "side,front,wrist")]

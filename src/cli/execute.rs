@@ -14,7 +14,7 @@ use super::output::{Kind, Output};
 use super::{Exit, Failure, input_file, number, scene_summary, terminal};
 use crate::app::activity::staged;
 use crate::app::executions::order::BasePlace;
-use crate::app::executions::{TaskSource, files, run as execute_task};
+use crate::app::executions::{TaskSource, files, run as execute_task, video};
 use crate::pipeline::task_scene;
 use manipulation::execution::Execution;
 use tasks::Task;
@@ -63,6 +63,9 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
+    if arguments.video {
+        video::check().map_err(|why| Failure::usage(format!("--video: {why}")))?;
+    }
     let output = output(arguments)?;
     let source = source(&arguments.task)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;

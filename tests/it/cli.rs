@@ -11,5 +11,4 @@ mod signals;
 mod batch;
 mod backups;
 mod deployment;
-#[cfg(feature = "otel")]
 mod telemetry;

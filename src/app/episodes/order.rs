@@ -67,17 +67,45 @@ impl Cameras {
     }
 }
 
+/// Reason why a format cannot be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FormatError {
+    #[error("no format is named {name}; there are {known}")]
+    Unknown { name: String, known: String },
+    #[error(
+        "{name} holds H.264 video, and this program was built without it; build with `--features video`, or choose \
+         {name}-images"
+    )]
+    NotBuilt { name: &'static str },
+}
+
 /// The format of a name.
 ///
 /// # Errors
 ///
-/// For people, with all names.
-pub fn format_named(name: &str) -> Result<Format, String> {
-    let names: Vec<&str> = Format::ALL.iter().map(|format| format.folder()).collect();
-    Format::ALL
-        .into_iter()
-        .find(|format| format.folder() == name)
-        .ok_or_else(|| format!("no format is named {name}; there are {}", names.join(", ")))
+/// [`FormatError::Unknown`], with all names.
+fn format_named(name: &str) -> Result<Format, FormatError> {
+    let named = Format::ALL.into_iter().find(|format| format.folder() == name);
+    named.ok_or_else(|| {
+        let known: Vec<&str> = Format::ALL.iter().map(|format| format.folder()).collect();
+        FormatError::Unknown { name: name.to_owned(), known: known.join(", ") }
+    })
+}
+
+/// The format of a name in an order that this program carries out.
+///
+/// # Errors
+///
+/// [`FormatError`] for an unknown name, and for a format with video in a program that was built without it.
+pub fn makeable_format(name: &str) -> Result<Format, FormatError> {
+    makeable(format_named(name)?, video::CAN_ENCODE)
+}
+
+fn makeable(format: Format, can_encode: bool) -> Result<Format, FormatError> {
+    match format.has_video() && !can_encode {
+        true => Err(FormatError::NotBuilt { name: format.folder() }),
+        false => Ok(format),
+    }
 }
 
 /// Formats as the names of their folders.
@@ -194,6 +222,16 @@ impl EpisodesOrder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn formats_with_video_need_the_encoder() {
+        let [with_video, without] =
+            ["lerobot-v2.1", "robomimic"].map(|name| format_named(name).expect("is known"));
+        assert_eq!(makeable(with_video, true), Ok(with_video));
+        assert_eq!(makeable(without, false), Ok(without));
+        let why = makeable(with_video, false).expect_err("holds video").to_string();
+        assert!(why.contains("--features video") && why.ends_with("lerobot-v2.1-images"), "{why}");
+    }
 
     #[test]
     fn orders_of_both_versions_are_read() {

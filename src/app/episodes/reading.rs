@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::draft::{EpisodesDraft, RecordDraft};
-use super::order::{Cameras, EpisodesOrder, format_named};
+use super::order::{Cameras, EpisodesOrder, makeable_format};
 use super::refused;
 use crate::app::executions::TaskSource;
 use crate::app::tasks::robot_named;
@@ -225,9 +225,9 @@ fn cameras(draft: &EpisodesDraft, errors: &mut Vec<FieldError>) -> Cameras {
 fn formats(names: &[String], errors: &mut Vec<FieldError>) -> Vec<Format> {
     let mut formats = Vec::new();
     for (index, name) in names.iter().enumerate() {
-        match format_named(name) {
+        match makeable_format(name) {
             Ok(format) => formats.push(format),
-            Err(detail) => errors.push(FieldError::new(format!("/formats/{index}"), detail)),
+            Err(error) => errors.push(FieldError::new(format!("/formats/{index}"), error.to_string())),
         }
     }
     formats.sort_by_key(|format| Format::ALL.iter().position(|known| known == format));
@@ -266,7 +266,7 @@ fn describe(order: &EpisodesOrder, robot: &Robot) -> Result<(), Problem> {
     described().map(|_| ()).map_err(|error| refused(&SetupError::Description(error)))
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "video"))]
 mod tests {
     use super::*;
 

@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::distractors::distractors;
-use super::order::format_named;
+use super::order::{FormatError, makeable_format};
 use super::{parts_of, refused};
 use crate::app::executions::bundle_of;
 use crate::app::grasps::known_grasps;
@@ -69,9 +69,10 @@ pub fn setup_of(archive: &[u8], episode: &RecordedEpisode, resolved: &Resolved) 
         return Err(Problem::new(ProblemType::Conflict, "another_scene", detail));
     }
     let robot = robot_named(&record.task.robot)?;
-    let formats = episode.formats.iter().map(|name| format_named(name)).collect::<Result<_, _>>();
-    let formats =
-        formats.map_err(|detail| Problem::new(ProblemType::InvalidRequest, "broken_record", detail))?;
+    let formats = episode.formats.iter().map(|name| makeable_format(name)).collect::<Result<_, _>>();
+    let unmade =
+        |error: FormatError| Problem::new(ProblemType::InvalidRequest, "broken_record", error.to_string());
+    let formats = formats.map_err(unmade)?;
     let config = &resolved.config;
     let task = record.task.clone();
     let mut known = known_grasps(&bundle, &parts.scene, &robot, &config.grasps, record.dataset_seed);

@@ -147,6 +147,9 @@ impl ExecutionDraft {
         if video && format == ExecutionFormat::Json {
             errors.push(FieldError::new("/video", "a video is in the archive alone; ask with format=zip"));
         }
+        if let (true, Err(why)) = (video, super::video::check()) {
+            errors.push(FieldError::new("/video", why.to_string()));
+        }
         let source = source_of(text, task, max_text_chars).map_err(|error| errors.push(error));
         let Some(task) = source.ok().filter(|_| errors.is_empty()) else {
             return Err(Problem::invalid(errors));

@@ -12,7 +12,7 @@ use manipulation::link_meshes::{floor_m, link_meshes, stand_mesh};
 use rayon::prelude::*;
 use render::{Background, Lighting, RenderObject, RenderSettings, SceneCache, View};
 use robot::kinematics::link_poses;
-use video::VideoEncoder;
+use video::{VideoEncoder, VideoError};
 
 /// Both are even, as the format asks for.
 const WIDTH_PX: u32 = 640;
@@ -25,6 +25,15 @@ const FOV_X_RAD: f64 = 0.75;
 const ELEVATION_RAD: f64 = 0.5;
 /// The camera stands so far from the table, as a multiple of what has to be seen.
 const DISTANCE: f64 = 1.9;
+
+/// Refuses a video in a program that was built without them.
+///
+/// # Errors
+///
+/// [`VideoError::NotBuilt`], with the feature to build with.
+pub fn check() -> Result<(), VideoError> {
+    if video::CAN_ENCODE { Ok(()) } else { Err(VideoError::NotBuilt) }
+}
 
 /// The MP4 file of an execution. Renders on the CPU: some 50 ms an image.
 ///
@@ -45,8 +54,7 @@ pub fn video(archive: &[u8], executed: &Executed) -> Result<Vec<u8>, Problem> {
     let camera = stage.camera();
     let every = (recording.rate_hz / IMAGES_PER_S).round().max(1.0) as usize;
     let shown: Vec<&Frame> = recording.frames.iter().step_by(every).collect();
-    let made =
-        |error: video::VideoError| Problem::new(ProblemType::Internal, "video_failed", error.to_string());
+    let made = |error: VideoError| Problem::new(ProblemType::Internal, "video_failed", error.to_string());
     let mut encoder =
         VideoEncoder::new(WIDTH_PX, HEIGHT_PX, recording.rate_hz / every as f64).map_err(made)?;
     for batch in shown.chunks(BATCH) {
