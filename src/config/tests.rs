@@ -3,7 +3,7 @@
 use super::keys::{Allowed, keys};
 use super::parts::Parts;
 use super::*;
-use store::BlobPlace;
+use store::{BlobPlace, DatabaseAddress};
 
 fn arguments(set: &[(&str, &str)]) -> Sources {
     let arguments = set.iter().map(|(key, text)| (key.to_string(), text.to_string(), "--set")).collect();
@@ -52,19 +52,21 @@ fn defaults_are_a_valid_configuration_and_mirror_every_field() {
 #[test]
 fn settings_that_ask_for_a_part_that_is_not_built_are_named() {
     let mut config = layers::load(Sources::default()).expect("the defaults are valid").config;
-    let none = Parts { otel: false, s3: false };
+    let none = Parts { otel: false, postgres: false, s3: false };
     assert_eq!(none.lacking(&config), [], "the defaults ask for no part");
     config.telemetry.traces_endpoint = "http://collector:4318/v1/traces".into();
+    config.store.database = DatabaseAddress::Postgres("postgres://jobs@db/jobs".into());
     config.store.blobs = BlobPlace::S3;
     let why = |what, feature| {
         format!("names {what}, and this program was built without it; build with `--features {feature}`")
     };
     let expected = [
         ("telemetry.traces_endpoint", why("a collector of traces", "otel")),
+        ("store.database", why("PostgreSQL", "postgres")),
         ("store.blobs", why("an S3 bucket", "s3")),
     ];
     assert_eq!(none.lacking(&config), expected);
-    assert_eq!(Parts { otel: true, s3: true }.lacking(&config), []);
+    assert_eq!(Parts { otel: true, postgres: true, s3: true }.lacking(&config), []);
 }
 
 #[test]

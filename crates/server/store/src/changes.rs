@@ -7,12 +7,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use sqlx::postgres::PgListener;
 use tokio::sync::{Notify, watch};
 use tokio::task::JoinHandle;
 use uuid::Uuid;
 
-use super::readers::{Readers, no_answer};
+use super::postgres::Listener;
+use super::readers::Readers;
 use super::{Settings, StoreError};
 
 /// The channel of notifications.
@@ -64,11 +64,7 @@ impl Changes {
     pub(super) async fn shared(url: &str, readers: Readers, settings: &Settings) -> Result<Self, StoreError> {
         let ticks = Arc::new(Ticks::new());
         let process = Uuid::new_v4().to_string();
-        let limit = settings.postgres.acquire_timeout();
-        let listener = tokio::time::timeout(limit, PgListener::connect(url))
-            .await
-            .unwrap_or_else(|_| Err(no_answer(limit)))
-            .map_err(|source| StoreError::Sql { doing: "listen for changes", source })?;
+        let listener = Listener::connect(url, settings.postgres.acquire_timeout()).await?;
         let tell =
             |change: Change| tokio::spawn(tell(readers.clone(), ticks.clone(), process.clone(), change));
         let tasks = vec![
@@ -128,14 +124,14 @@ async fn tell(readers: Readers, ticks: Arc<Ticks>, process: String, change: Chan
 }
 
 /// Hears of changes of other processes.
-async fn listen(mut listener: PgListener, ticks: Arc<Ticks>, process: String) {
+async fn listen(mut listener: Listener, ticks: Arc<Ticks>, process: String) {
     while let Err(error) = listener.listen(CHANNEL).await {
         tracing::debug!(%error, "cannot listen for changes of other processes; polling");
         tokio::time::sleep(RECONNECT).await;
     }
     loop {
-        match listener.try_recv().await {
-            Ok(Some(notification)) => match notification.payload().split_once(' ') {
+        match listener.heard().await {
+            Ok(Some(payload)) => match payload.split_once(' ') {
                 Some((teller, _)) if teller == process => {}
                 Some((_, "Cancellation")) => ticks.tick(Change::Cancellation),
                 _ => ticks.tick(Change::Job),

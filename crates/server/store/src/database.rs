@@ -7,22 +7,16 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use sqlx::any::{AnyConnectOptions, AnyPoolOptions, AnyRow};
-use sqlx::postgres::{PgConnectOptions, PgConnection};
 use sqlx::sqlite::{
     SqliteAutoVacuum, SqliteConnectOptions, SqliteConnection, SqliteJournalMode, SqliteSynchronous,
 };
-use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Connection, Row};
+use sqlx::{AnyConnection, AssertSqlSafe, Connection, Row};
 
-use super::readers::{Readers, no_answer};
-use super::{DatabaseAddress, Intent, Settings, StoreError};
+use super::readers::Readers;
+use super::{DatabaseAddress, Settings, StoreError, postgres};
 use scene::id::InvalidId;
 
 pub(super) static SQLITE_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../../migrations/sqlite");
-pub(super) static POSTGRES_MIGRATIONS: sqlx::migrate::Migrator =
-    sqlx::migrate!("../../../migrations/postgres");
-
-/// A connection that rested longer is tested before its next use; a test costs a round trip.
-const UNTESTED: Duration = Duration::from_secs(1);
 
 /// The write-ahead log of SQLite shrinks to this after a burst of writes.
 const MAX_IDLE_LOG_BYTES: u32 = 16 << 20;
@@ -136,64 +130,6 @@ pub(super) async fn sqlite_readers(path: &Path, settings: &Settings) -> Result<R
         .map_err(|source| StoreError::Sql { doing: "open for reading", source })
 }
 
-/// Migrates a PostgreSQL database, one process at a time, and opens the pool of this process.
-pub(super) async fn postgres_pool(
-    url: &str,
-    settings: &Settings,
-    intent: Intent,
-) -> Result<AnyPool, StoreError> {
-    sqlx::any::install_default_drivers();
-    let opened = |source| StoreError::Sql { doing: "open", source };
-    let options = PgConnectOptions::from_str(url).map_err(opened)?;
-    let limits = &settings.postgres;
-    let mut direct = in_time(limits.acquire_timeout(), PgConnection::connect_with(&options)).await?;
-    if intent == Intent::Existing {
-        let versions = sqlx::query_scalar("SELECT CAST(to_regclass('_sqlx_migrations') AS TEXT)");
-        let found: Option<String> = in_time(limits.prompt().answer, versions.fetch_one(&mut direct)).await?;
-        if found.is_none() {
-            return Err(StoreError::no_database(url, "the table _sqlx_migrations"));
-        }
-    }
-    let long = limits.long_timeout();
-    let limit = format!("SET statement_timeout = {0}; SET lock_timeout = {0}", long.as_millis());
-    in_time(limits.prompt().answer, sqlx::raw_sql(AssertSqlSafe(limit)).execute(&mut direct)).await?;
-    match tokio::time::timeout(long, POSTGRES_MIGRATIONS.run(&mut direct)).await {
-        Ok(migrated) => migrated?,
-        Err(_) => return Err(opened(no_answer(long))),
-    }
-    in_time(limits.acquire_timeout(), direct.close()).await?;
-    let session = limits.session();
-    let pool = AnyPoolOptions::new()
-        .max_connections(settings.connections.clamp(2, 256))
-        .acquire_timeout(limits.acquire_timeout())
-        .test_before_acquire(false)
-        .after_connect(move |connection, _| {
-            let session = session.clone();
-            Box::pin(async move {
-                sqlx::raw_sql(AssertSqlSafe(session)).execute(connection).await?;
-                Ok(())
-            })
-        })
-        .before_acquire(|connection, metadata| {
-            Box::pin(async move {
-                if metadata.idle_for > UNTESTED {
-                    connection.ping().await?;
-                }
-                Ok(true)
-            })
-        });
-    pool.connect_with(AnyConnectOptions::from_str(url).map_err(opened)?).await.map_err(opened)
-}
-
-/// The answer of a server that may be frozen or cut off.
-async fn in_time<T>(
-    limit: Duration,
-    answer: impl Future<Output = Result<T, sqlx::Error>>,
-) -> Result<T, StoreError> {
-    let answered = tokio::time::timeout(limit, answer).await.unwrap_or_else(|_| Err(no_answer(limit)));
-    answered.map_err(|source| StoreError::Sql { doing: "open", source })
-}
-
 /// Fails with [`StoreError::NoDatabase`] unless the file of a SQLite database is there.
 pub(super) fn sqlite_exists(path: &Path) -> Result<(), StoreError> {
     match std::fs::metadata(path) {
@@ -220,12 +156,7 @@ pub(super) async fn bystander(data_dir: &Path, settings: &Settings) -> Result<An
         sqlx::raw_sql(AssertSqlSafe(pragmas(settings))).execute(&mut connection).await.map_err(opened)?;
         return Ok(connection);
     };
-    let limits = &settings.postgres;
-    let address = AnyConnectOptions::from_str(url).map_err(opened)?;
-    let mut connection = in_time(limits.acquire_timeout(), AnyConnection::connect_with(&address)).await?;
-    let session = sqlx::raw_sql(AssertSqlSafe(limits.session()));
-    in_time(limits.prompt().answer, session.execute(&mut connection)).await?;
-    Ok(connection)
+    postgres::session(url, settings).await
 }
 
 /// Milliseconds since 1970 by the database's clock.

@@ -3,9 +3,8 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use sqlx::postgres::PgDatabaseError;
-
 use super::outage::Outage;
+use super::postgres;
 use scene::JobId;
 
 /// Errors of the store. Messages name the operation, its target, and a remedy if there is one.
@@ -107,9 +106,9 @@ fn sql_outage(error: &sqlx::Error) -> Option<Outage> {
     match error {
         sqlx::Error::Database(error) => {
             let code = error.code()?;
-            match error.try_downcast_ref::<PgDatabaseError>() {
-                Some(_) => postgres_outage(&code),
-                None => sqlite_outage(&code),
+            match postgres::is_error(error.as_ref()) {
+                true => postgres_outage(&code),
+                false => sqlite_outage(&code),
             }
         }
         sqlx::Error::Io(error) => Some(io_outage(error)),

@@ -27,6 +27,10 @@ mod readers;
 mod list_query;
 mod writer;
 mod database;
+#[cfg(feature = "postgres")]
+mod postgres;
+#[cfg(not(feature = "postgres"))]
+mod no_postgres;
 mod changes;
 mod readiness;
 pub mod scenes;
@@ -50,7 +54,7 @@ pub mod answers;
 pub mod rebuild;
 pub mod retention;
 pub mod backup;
-#[cfg(test)]
+#[cfg(all(test, feature = "postgres"))]
 mod tests;
 
 use std::fs::{File, OpenOptions, TryLockError};
@@ -71,6 +75,8 @@ use scene::TenantId;
 pub use settings::{BlobPlace, DatabaseAddress, PostgresSettings, Settings};
 
 use changes::{Change, Changes};
+#[cfg(not(feature = "postgres"))]
+use no_postgres as postgres;
 use outage::Health;
 use readers::Readers;
 use retention::Quota;
@@ -130,7 +136,7 @@ impl Store {
                 (database::sqlite_readers(&path, settings).await?, writer, Changes::local())
             }
             DatabaseAddress::Postgres(url) => {
-                let pool = database::postgres_pool(url, settings, intent).await?;
+                let pool = postgres::pool(url, settings, intent).await?;
                 let (prompt, unhurried) = (settings.postgres.prompt(), settings.postgres.unhurried());
                 let readers = Readers::limited(pool.clone(), prompt, unhurried);
                 let changes = Changes::shared(url, readers.clone(), settings).await?;

@@ -49,6 +49,7 @@ macro_rules! on_both_databases {
             })+
         }
 
+        #[cfg(feature = "postgres")]
         mod postgres {
             $(#[tokio::test]
             async fn $case() {

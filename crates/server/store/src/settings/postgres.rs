@@ -59,6 +59,7 @@ impl PostgresSettings {
     }
 
     /// The statements that give a session its limits.
+    #[cfg(feature = "postgres")]
     pub(crate) fn session(&self) -> String {
         let Self { statement_timeout_ms, lock_timeout_ms, idle_transaction_timeout_ms, .. } = self;
         // A third of the time for the first question, the rest for four that repeat it.

@@ -57,7 +57,7 @@ async fn work_of_an_earlier_release_goes_on_as_jobs() {
 
     let url = test_postgres::database().await;
     let mut connection = PgConnection::connect(&url).await.expect("connects");
-    earlier(&database::POSTGRES_MIGRATIONS).run_direct(None, &mut connection, false).await.expect("migrates");
+    earlier(&crate::postgres::MIGRATIONS).run_direct(None, &mut connection, false).await.expect("migrates");
     sqlx::raw_sql(sqlx::AssertSqlSafe(rows)).execute(&mut connection).await.expect("inserts");
     connection.close().await.expect("closes");
     goes_on(directory.path(), &settings(DatabaseAddress::Postgres(url))).await;
