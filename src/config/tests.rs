@@ -3,6 +3,7 @@
 use super::keys::{Allowed, keys};
 use super::parts::Parts;
 use super::*;
+use gpu::DeviceChoice;
 use store::{BlobPlace, DatabaseAddress};
 
 fn arguments(set: &[(&str, &str)]) -> Sources {
@@ -52,8 +53,9 @@ fn defaults_are_a_valid_configuration_and_mirror_every_field() {
 #[test]
 fn settings_that_ask_for_a_part_that_is_not_built_are_named() {
     let mut config = layers::load(Sources::default()).expect("the defaults are valid").config;
-    let none = Parts { otel: false, postgres: false, s3: false };
+    let none = Parts { gpu: false, otel: false, postgres: false, s3: false };
     assert_eq!(none.lacking(&config), [], "the defaults ask for no part");
+    config.compute.device = DeviceChoice::Gpu;
     config.telemetry.traces_endpoint = "http://collector:4318/v1/traces".into();
     config.store.database = DatabaseAddress::Postgres("postgres://jobs@db/jobs".into());
     config.store.blobs = BlobPlace::S3;
@@ -61,12 +63,13 @@ fn settings_that_ask_for_a_part_that_is_not_built_are_named() {
         format!("names {what}, and this program was built without it; build with `--features {feature}`")
     };
     let expected = [
+        ("compute.device", why("a GPU", "gpu")),
         ("telemetry.traces_endpoint", why("a collector of traces", "otel")),
         ("store.database", why("PostgreSQL", "postgres")),
         ("store.blobs", why("an S3 bucket", "s3")),
     ];
     assert_eq!(none.lacking(&config), expected);
-    assert_eq!(Parts { otel: true, postgres: true, s3: true }.lacking(&config), []);
+    assert_eq!(Parts { gpu: true, otel: true, postgres: true, s3: true }.lacking(&config), []);
 }
 
 #[test]

@@ -51,5 +51,5 @@ impl Compute {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "wgpu"))]
 mod tests;

@@ -1,6 +1,7 @@
 //! A compute device for kernels, opened once per process, through `wgpu`.
 //!
-//! [`Compute`] is the device of a process, [`Gpu`] an opened device, [`transfer`] moves bytes between host and device.
+//! [`Compute`] is the device of a process, [`Gpu`] an opened device, `transfer` moves bytes between host and device. A
+//! program that was built without the feature `wgpu` opens none, and computes on the CPU.
 //! The kernels belong to `render`; this crate must not depend on them, nor on any other crate of the
 //! workspace.
 //!
@@ -15,18 +16,27 @@
 //! assert!(compute.gpu().is_none());
 //! ```
 
+#[cfg(feature = "wgpu")]
 mod adapters;
 mod compute;
+#[cfg(feature = "wgpu")]
 mod device;
+#[cfg(not(feature = "wgpu"))]
+mod no_device;
+#[cfg(feature = "wgpu")]
 mod nodes;
-#[cfg(any(test, feature = "test-devices"))]
+#[cfg(all(feature = "wgpu", any(test, feature = "test-devices")))]
 pub mod test_devices;
+#[cfg(feature = "wgpu")]
 pub mod transfer;
 
 use serde::{Deserialize, Serialize};
 
 pub use compute::Compute;
+#[cfg(feature = "wgpu")]
 pub use device::Gpu;
+#[cfg(not(feature = "wgpu"))]
+pub use no_device::Gpu;
 
 /// Settings of the compute device.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -53,6 +63,8 @@ pub enum DeviceChoice {
 pub enum GpuError {
     #[error("looking for a GPU: {rejected}; install a Vulkan or OpenGL driver, or set compute.device to cpu")]
     NoAdapter { rejected: String },
+    #[error("looking for a GPU: this program was built without it; build with `--features gpu`")]
+    NotBuilt,
     #[error("opening {adapter}: {reason}; update its driver or set compute.device to cpu")]
     NotOpened { adapter: String, reason: String },
     #[error("an image {side_px} pixels wide or high on a GPU: at most {largest_px} fit; use a smaller one")]
@@ -72,6 +84,6 @@ pub enum GpuError {
 impl GpuError {
     /// Whether the device itself failed, so that every other scene fails as well. Other errors leave the device usable.
     pub fn is_device_failure(&self) -> bool {
-        matches!(self, Self::NoAdapter { .. } | Self::NotOpened { .. } | Self::Failed { .. })
+        matches!(self, Self::NoAdapter { .. } | Self::NotBuilt | Self::NotOpened { .. } | Self::Failed { .. })
     }
 }

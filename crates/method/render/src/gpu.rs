@@ -31,16 +31,29 @@
 //!
 //! Unsuitable for small images of depth and ids alone, whose upload costs more than they do, and for software adapters
 //! where speed matters: compiling alone takes them seconds.
+//!
+//! A program that was built without the feature `wgpu` has no device, and no scene on one.
 
+#[cfg(feature = "wgpu")]
 mod scene_cache;
+#[cfg(not(feature = "wgpu"))]
+mod no_scene_cache;
+#[cfg(feature = "wgpu")]
 mod job;
+#[cfg(feature = "wgpu")]
 mod kernels;
+#[cfg(feature = "wgpu")]
 mod light_words;
+#[cfg(feature = "wgpu")]
 mod scene_words;
+#[cfg(feature = "wgpu")]
 mod words;
 
 pub use gpu::{Compute, ComputeSettings, DeviceChoice, Gpu, GpuError};
+#[cfg(not(feature = "wgpu"))]
+pub use no_scene_cache::GpuSceneCache;
+#[cfg(feature = "wgpu")]
 pub use scene_cache::GpuSceneCache;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "wgpu"))]
 mod tests;

@@ -24,6 +24,10 @@
 //! ```
 
 pub mod annotate;
+#[cfg_attr(
+    not(feature = "wgpu"),
+    expect(dead_code, reason = "some functions give the GPU what was prepared on the CPU")
+)]
 mod forward;
 mod frame;
 pub mod gpu;
