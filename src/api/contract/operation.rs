@@ -122,7 +122,10 @@ impl<'a> Operation<'a> {
             schema => json!({ "schema": schema }),
         };
         self.answers_nothing(status, description);
-        self.last_response()["content"][media_type] = content;
+        let known = &mut self.last_response()["content"][media_type];
+        if known.is_null() {
+            *known = content;
+        }
     }
 
     /// A stream of events as the answer.
@@ -160,7 +163,8 @@ impl<'a> Operation<'a> {
             "One range of bytes.",
             &json!({ "type": "string", "examples": ["bytes=0-1023"] }),
         );
-        let media_types = [media_types, &["application/octet-stream"]].concat();
+        // Generated clients read the first media type alone.
+        let media_types = [&["application/octet-stream"], media_types].concat();
         self.answers_file(200, description, &media_types);
         self.gives("ETag", "ETag");
         self.answers_file(206, "Part of it.", &media_types);

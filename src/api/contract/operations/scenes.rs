@@ -221,7 +221,7 @@ pub fn get_execution(operation: &mut Operation<'_>) {
          was not attempted is answered with the problem of its task, one that has not ended with 409. Answers \
          stay for `store.retention.intermediate_hours`.");
     operation.path_parameter::<Id>("execution_id", "The id of the execution, which is that of its job.", "");
-    operation.downloads("The execution, done or failed.", &["application/json", "application/zip"]);
     operation.answers::<ExecutedTask>(200, "The execution, done or failed.");
+    operation.downloads("The execution, done or failed.", &["application/json", "application/zip"]);
     operation.refuses(&[409, 410, 422]);
 }
