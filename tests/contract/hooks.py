@@ -5,10 +5,10 @@ one object that stands on tables, a known width is that of the table, and words 
 the values of the document's examples, as ranges of numbers in texts are not expressed; what an edit changes is
 something that any scene permits; robots are known ones; few tasks are rehearsed; a dataset has one source, a label, and
 its splits share all of it; episodes are few, of one task in words, and seen by usual cameras or by one that is placed
-well, points with a camera alone; a sample is of one combination; times are soon; a number such as 7.0 is 7; an
-idempotency key is used once. Every other request about a scene is about one that is finished (CONTRACT_SCENE_ID), as
-the fuzzer does not wait for its own. Everything else is as the fuzzer draws it from openapi.yaml, and requests that are
-meant to be refused are left alone.
+well, points, depths and masks with a camera alone; a sample is of one combination; times are soon; a number such as 7.0
+is 7; an idempotency key is used once. Every other request about a scene is about one that is finished
+(CONTRACT_SCENE_ID), as the fuzzer does not wait for its own. Everything else is as the fuzzer draws it from
+openapi.yaml, and requests that are meant to be refused are left alone.
 """
 
 import base64
@@ -109,7 +109,8 @@ def of_few_episodes(body: dict):
     if cameras:
         record["cameras"] = own or sorted(set(cameras))
     elif "cameras" in record:
-        record.pop("point_cloud", None)
+        for name in ("point_cloud", "depth", "instance_ids"):
+            record.pop(name, None)
     if "size_px" in record:
         record["size_px"] = min(record["size_px"], 64)
 
@@ -218,9 +219,9 @@ def replace_in_submission(case):
     image = case.body.get("image")
     if form and image is not None:
         case.body["image"] = Binary(IMAGES[next(count) % len(IMAGES)])
-    elif isinstance(image, dict) and "base64" in image:
+    elif isinstance(image, dict) and image.get("base64") is not None:
         image["base64"] = base64.b64encode(IMAGES[next(count) % len(IMAGES)]).decode()
-    elif isinstance(image, dict) and "url" in image:
+    elif isinstance(image, dict) and image.get("url") is not None:
         image["url"] = os.environ["CONTRACT_IMAGE_URL"]
     if case.operation.label.endswith("/variants") and isinstance(request.get("count"), (int, float)):
         request["count"] = min(int(request["count"]), 3)
