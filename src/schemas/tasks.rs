@@ -12,6 +12,7 @@ pub struct Task {
     pub format: String,
     pub instruction: String,
     /// Predicates that must all hold at the end.
+    #[schemars(length(min = 1))]
     pub goal: Vec<GoalPredicate>,
     pub robot: String,
     pub limits: TaskLimits,
