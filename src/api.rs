@@ -215,12 +215,19 @@ fn max_pixel_blocks(settings: &Settings) -> u32 {
 pub fn routes() -> Vec<Route> {
     vec![
         route::post("/scenes", scenes::submit, operations::submit_scene),
+        route::post("/scenes/validate", scenes::validate, operations::validate_scene),
         route::get("/scenes", scenes::list, operations::list_scenes),
         route::get("/scenes/{scene_id}", scenes::show, operations::get_scene),
         route::delete("/scenes/{scene_id}", scenes::remove, operations::delete_scene),
         route::get("/scenes/{scene_id}/bundle", bundle::download, operations::get_bundle),
         route::post("/scenes/{scene_id}/edits", edits::submit, operations::edit_scene),
+        route::post("/scenes/{scene_id}/edits/validate", edits::validate, operations::validate_edit),
         route::post("/scenes/{scene_id}/variants", variants::submit, operations::make_variants),
+        route::post(
+            "/scenes/{scene_id}/variants/validate",
+            variants::validate,
+            operations::validate_variants,
+        ),
         route::get("/scenes/{scene_id}/lineage", lineage::show, operations::get_lineage),
         route::get("/scenes/{scene_id}/tasks", tasks::list, operations::list_tasks),
         route::post("/scenes/{scene_id}/executions", executions::submit, operations::execute_task),

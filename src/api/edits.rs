@@ -12,9 +12,8 @@ use super::admission::overloaded;
 use super::enqueue::{Delivery, enqueue};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::parent;
-use super::query::{Parameters, Time};
+use super::query::{NoParameters, Parameters, Time};
 use super::scene_body::terms;
-use super::scenes::{SubmitParameters, find};
 use crate::app::edit_scene::EditOrder;
 use crate::problem::Problem;
 use crate::schemas::edit_accounts::EditPrediction;
@@ -114,17 +113,26 @@ pub(super) struct ValidatedEdit {
 pub async fn submit(
     api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
-    Parameters(SubmitParameters { validate_only }): Parameters<SubmitParameters>,
+    _: Parameters<NoParameters>,
     delivery: Delivery,
     JsonBody { value: body, memory: _memory }: JsonBody<EditBody>,
 ) -> Result<Response, Problem> {
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
-    let scene = find(&api, &scene_id).await?;
-    let parent = parent::bundle_of(&api, &scene, body.allow_quarantined).await?;
+    let parent = parent::bundle_of(&api, &scene_id, body.allow_quarantined).await?;
     let submission = api.app.check_edit(body.order(), &parent)?;
-    if !validate_only {
-        return enqueue(&api, submission.child_of(scene_id), delivery).await;
-    }
+    enqueue(&api, submission.child_of(scene_id), delivery).await
+}
+
+/// `POST /scenes/{scene_id}/edits/validate`.
+pub async fn validate(
+    api: TenantApi,
+    PathId(scene_id): PathId<SceneId>,
+    _: Parameters<NoParameters>,
+    JsonBody { value: body, memory: _memory }: JsonBody<EditBody>,
+) -> Result<Response, Problem> {
+    let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
+    let parent = parent::bundle_of(&api, &scene_id, body.allow_quarantined).await?;
+    let submission = api.app.check_edit(body.order(), &parent)?;
     // One archive in memory for each of a few requests at a time.
     let permit = api.decoders.clone().acquire_owned().await.map_err(|_| overloaded())?;
     let (app, request) = (api.app.clone(), submission.request);

@@ -18,8 +18,8 @@ use super::accepted::accepted_at;
 use super::admission::overloaded;
 use super::enqueue::IdempotencyKey;
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
+use super::parent;
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters};
-use super::{parent, scenes};
 use crate::app::episodes::draft::EpisodesDraft;
 use crate::app::episodes::ordered;
 use crate::problem::{Problem, ProblemType};
@@ -49,8 +49,7 @@ pub async fn submit(
     draft.check_texts(api.settings.max_text_chars)?;
     let order = ordered(&draft)?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
-    let scene = scenes::find(&api, &scene_id).await?;
-    let bundle = parent::bundle_of(&api, &scene, true).await?;
+    let bundle = parent::bundle_of(&api, &scene_id, true).await?;
     let request = order.stored();
     let new = NewRecording {
         tenant_id: api.tenant_id.clone(),

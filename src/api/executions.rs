@@ -14,7 +14,6 @@ use super::download::{Content, Download, respond};
 use super::enqueue::{Awaited, Wait, preference_applied, wait_for};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::query::Parameters;
-use super::scenes::find;
 use super::{jobs, parent};
 use crate::app::executions::order::{ExecutionDraft, ExecutionFormat};
 use crate::problem::{Problem, ProblemType};
@@ -47,8 +46,7 @@ pub async fn submit(
 ) -> Result<Response, Problem> {
     let order = draft.checked(format, api.settings.max_text_chars)?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
-    let scene = find(&api, &scene_id).await?;
-    let bundle = parent::bundle_of(&api, &scene, true).await?;
+    let bundle = parent::bundle_of(&api, &scene_id, true).await?;
     let new = NewExecution {
         tenant_id: api.tenant_id.clone(),
         scene_id,

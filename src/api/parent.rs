@@ -5,6 +5,7 @@ use tokio::sync::OwnedSemaphorePermit;
 
 use super::extract::TenantApi;
 use super::rebuild::missing_bytes;
+use super::scenes::find;
 use crate::app::edit_scene::ParentBundle;
 use crate::problem::{Problem, ProblemType};
 use scene::SceneId;
@@ -15,21 +16,21 @@ use store::scenes::SceneRow;
 ///
 /// # Errors
 ///
-/// A [`Problem`] where the scene is not finished, is quarantined and that is not allowed, or its bundle is gone.
+/// A [`Problem`] where there is no such scene, or it is not finished, is quarantined and that is not allowed, or its bundle is gone.
 pub(super) async fn bundle_of(
     api: &TenantApi,
-    scene: &SceneRow,
+    scene_id: &SceneId,
     allow_quarantined: bool,
 ) -> Result<ParentBundle, Problem> {
-    check_state(scene, allow_quarantined)?;
-    let Some(archive) = api.store.archive(&api.tenant_id, &scene.id, "all").await? else {
+    check_finished(&find(api, scene_id).await?, allow_quarantined)?;
+    let Some(archive) = api.store.archive(&api.tenant_id, scene_id, "all").await? else {
         let detail =
             "the bundle of this quarantined scene was removed after its time; submit the scene again";
         return Err(Problem::new(ProblemType::Gone, "bundle_removed", detail));
     };
     let start = 0..archive.size.min(MAX_HEADER_BYTES);
     let Some(mut parts) = api.store.blobs().stream(&archive.digest, Some(start)).await? else {
-        return Err(missing_bytes(api, &scene.id).await);
+        return Err(missing_bytes(api, scene_id).await);
     };
     let mut start = Vec::new();
     while let Some(part) = parts.try_next().await? {
@@ -68,7 +69,7 @@ pub(super) async fn compute_with<T: Send + 'static>(
     })
 }
 
-fn check_state(scene: &SceneRow, allow_quarantined: bool) -> Result<(), Problem> {
+fn check_finished(scene: &SceneRow, allow_quarantined: bool) -> Result<(), Problem> {
     let conflict = |code, detail: &str| Err(Problem::new(ProblemType::Conflict, code, detail));
     match (scene.state, scene.failure_code.as_deref()) {
         (SceneState::Ready, _) => Ok(()),

@@ -8,6 +8,7 @@ use axum::extract::Query;
 use axum::http::request::Parts;
 use base64::Engine as _;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use uuid::Uuid;
@@ -33,6 +34,11 @@ impl<T: DeserializeOwned, S: Sync> FromRequestParts<S> for Parameters<T> {
         }
     }
 }
+
+/// No parameters: a query with any is refused, so that nothing is enqueued for one who meant something else.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoParameters {}
 
 /// The refusal of a query of which a parameter will not do.
 pub fn invalid_parameter(reason: &str) -> Problem {

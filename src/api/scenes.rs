@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::enqueue::{Delivery, enqueue};
 use super::extract::{PathId, TenantApi};
-use super::query::{IdFilter, LabelFilter, Page, PageSize, PageToken, Parameters, Time};
+use super::query::{IdFilter, LabelFilter, NoParameters, Page, PageSize, PageToken, Parameters, Time};
 use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
 use super::{jobs, scene_body};
 use crate::problem::{Problem, ProblemType};
@@ -20,27 +20,26 @@ use scene::{SceneId, SceneRequest};
 use store::lifecycle::SceneState;
 use store::scenes::{DeleteOutcome, SceneFilter, SceneRow};
 
-/// Parameters of `POST /scenes`, and of the other requests for a new scene.
-#[derive(Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct SubmitParameters {
-    /// Check the request as if it were submitted; enqueue nothing.
-    pub(super) validate_only: bool,
-}
-
 /// `POST /scenes`.
 pub async fn submit(
     api: TenantApi,
-    Parameters(SubmitParameters { validate_only }): Parameters<SubmitParameters>,
+    _: Parameters<NoParameters>,
     delivery: Delivery,
     request: Request,
 ) -> Result<Response, Problem> {
     let (submission, _memory) = scene_body::receive(&api, request).await?;
-    if validate_only {
-        let text = api.app.account(&submission.request).map_err(|error| Problem::invalid(vec![error]))?;
-        return Ok(Json(Validated { valid: true, request: submission.request, text }).into_response());
-    }
     enqueue(&api, submission, delivery).await
+}
+
+/// `POST /scenes/validate`.
+pub async fn validate(
+    api: TenantApi,
+    _: Parameters<NoParameters>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let (submission, _memory) = scene_body::receive(&api, request).await?;
+    let text = api.app.account(&submission.request).map_err(|error| Problem::invalid(vec![error]))?;
+    Ok(Json(Validated { valid: true, request: submission.request, text }).into_response())
 }
 
 /// The request as it is understood.

@@ -7,7 +7,6 @@ use super::admission::overloaded;
 use super::extract::{PathId, TenantApi};
 use super::parent;
 use super::query::{Parameters, invalid_parameter};
-use super::scenes::find;
 use crate::app::tasks::TasksRequest;
 use crate::problem::Problem;
 use scene::SceneId;
@@ -21,8 +20,7 @@ pub async fn list(
     let checked = request.check(api.settings.max_text_chars);
     checked.map_err(|error| invalid_parameter(&format!("{} {}", &error.pointer[1..], error.detail)))?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
-    let scene = find(&api, &scene_id).await?;
-    let bundle = parent::bundle_of(&api, &scene, true).await?;
+    let bundle = parent::bundle_of(&api, &scene_id, true).await?;
     // Rehearsals simulate for seconds, as executions do; the rest takes milliseconds.
     let permit = match request.is_rehearsed() {
         true => api.rehearsals.clone().try_acquire_owned().map_err(|_| overloaded())?,

@@ -13,9 +13,8 @@ use super::edits::EditOptions;
 use super::enqueue::{IdempotencyKey, enqueue_one, queue_full};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::parent;
-use super::query::{Parameters, Time};
+use super::query::{NoParameters, Parameters, Time};
 use super::scene_body::terms;
-use super::scenes::{SubmitParameters, find};
 use crate::app::variants::{Variants, VariantsOrder};
 use crate::problem::Problem;
 use crate::schemas;
@@ -124,22 +123,31 @@ pub(super) struct ValidatedVariants {
 pub async fn submit(
     api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
-    Parameters(SubmitParameters { validate_only }): Parameters<SubmitParameters>,
+    _: Parameters<NoParameters>,
     IdempotencyKey(idempotency_key): IdempotencyKey,
     JsonBody { value: body, memory: _memory }: JsonBody<VariantsBody>,
 ) -> Result<Response, Problem> {
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
-    let scene = find(&api, &scene_id).await?;
-    let parent = parent::bundle_of(&api, &scene, body.allow_quarantined).await?;
+    let parent = parent::bundle_of(&api, &scene_id, body.allow_quarantined).await?;
     // A key without a seed names the same variants when it comes again.
     let drawn = idempotency_key.as_ref().map(|key| child_seed(0, key) & MAX_SEED);
     let body = VariantsBody { seed: body.seed.or(drawn), ..body };
     let variants = api.app.check_variants(body.order(), &parent)?;
-    if validate_only {
-        let requests = variants.submissions.into_iter().map(|submission| submission.request).collect();
-        return Ok(Json(ValidatedVariants { valid: true, requests }).into_response());
-    }
     enqueue_all(&api, scene_id, variants, idempotency_key).await
+}
+
+/// `POST /scenes/{scene_id}/variants/validate`.
+pub async fn validate(
+    api: TenantApi,
+    PathId(scene_id): PathId<SceneId>,
+    _: Parameters<NoParameters>,
+    JsonBody { value: body, memory: _memory }: JsonBody<VariantsBody>,
+) -> Result<Response, Problem> {
+    let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
+    let parent = parent::bundle_of(&api, &scene_id, body.allow_quarantined).await?;
+    let variants = api.app.check_variants(body.order(), &parent)?;
+    let requests = variants.submissions.into_iter().map(|submission| submission.request).collect();
+    Ok(Json(ValidatedVariants { valid: true, requests }).into_response())
 }
 
 /// Enqueues variants in order until the queue has no room.

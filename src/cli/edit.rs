@@ -81,7 +81,7 @@ fn inputs(arguments: &Arguments) -> Vec<&Path> {
     std::iter::once(&*arguments.bundle).chain(file).collect()
 }
 
-/// Prints the answer of `POST /scenes/{id}/edits?validate_only=true`.
+/// Prints the answer of `POST /scenes/{scene_id}/edits/validate`.
 fn predict(app: &App, submission: &Submission, archive: &[u8]) -> Result<Exit, Failure> {
     let prediction = app.predict_edit(&submission.request, archive);
     let prediction = prediction.map_err(|problem| refused(problem, "--text"))?;

@@ -1,4 +1,4 @@
-//! `parse`: what a text is understood as, without a scene: the answer of `POST /scenes?validate_only=true`.
+//! `parse`: what a text is understood as, without a scene: the answer of `POST /scenes/validate`.
 
 use clap::Args;
 use serde_json::json;

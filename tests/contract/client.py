@@ -16,7 +16,16 @@ from pathlib import Path
 
 from tabletopgen_client import Client
 from tabletopgen_client.api.jobs import cancel_job, get_job, list_events, list_jobs, list_stages
-from tabletopgen_client.api.scenes import delete_scene, get_artifact, get_bundle, get_scene, list_artifacts, list_scenes, submit_scene
+from tabletopgen_client.api.scenes import (
+    delete_scene,
+    get_artifact,
+    get_bundle,
+    get_scene,
+    list_artifacts,
+    list_scenes,
+    submit_scene,
+    validate_scene,
+)
 from tabletopgen_client.api.service import healthz, readyz, version
 from tabletopgen_client.models import (
     BundleFormat,
@@ -97,7 +106,7 @@ def make(client: Client, body) -> dict:
 
 
 def validate(client: Client, body) -> str:
-    answer = submit_scene.sync(client=client, body=body, validate_only=True)
+    answer = validate_scene.sync(client=client, body=body)
     assert isinstance(answer, Validated) and answer.request.input_.kind.value == "image", answer
     return "validated"
 

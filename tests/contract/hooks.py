@@ -28,6 +28,7 @@ TABLE_WORDS = {"model": "desk", "material": "oak", "color": "red"}
 # The fuzzed server has no chat model, which these settings want.
 WITHOUT_CHAT = {"appraise.ratings": "false", "appraise.tasks": "0"}
 SUBMISSIONS = ("POST /scenes", "POST /scenes/{scene_id}/edits", "POST /scenes/{scene_id}/variants")
+VALIDATION = "/validate"
 EDIT = {"operations": [{"op": "tidy"}], "text": "tidy the table"}
 EXECUTE = "POST /scenes/{scene_id}/executions"
 EPISODES = "POST /scenes/{scene_id}/episodes"
@@ -183,7 +184,7 @@ def replace(case):
             if isinstance(options, list):
                 # Options with null and without are the same.
                 del options[1:]
-    if case.operation.label in SUBMISSIONS:
+    if case.operation.label.removesuffix(VALIDATION) in SUBMISSIONS:
         replace_in_submission(case)
 
 
@@ -223,9 +224,10 @@ def replace_in_submission(case):
         image["base64"] = base64.b64encode(IMAGES[next(count) % len(IMAGES)]).decode()
     elif isinstance(image, dict) and image.get("url") is not None:
         image["url"] = os.environ["CONTRACT_IMAGE_URL"]
-    if case.operation.label.endswith("/variants") and isinstance(request.get("count"), (int, float)):
+    operation = case.operation.label.removesuffix(VALIDATION)
+    if operation.endswith("/variants") and isinstance(request.get("count"), (int, float)):
         request["count"] = min(int(request["count"]), 3)
-    if case.operation.label.endswith("/edits"):
+    if operation.endswith("/edits"):
         for name, value in EDIT.items():
             if request.get(name) is not None:
                 request[name] = value
@@ -237,7 +239,7 @@ def replace_in_submission(case):
         request["text"] = SENTENCES[0]
     options = request.get("options") or {}
     possible_options(options, settings_of(case))
-    if case.operation.label == "POST /scenes" and (case.query or {}).get("validate_only") in (True, "true"):
+    if case.operation.label == "POST /scenes" + VALIDATION:
         if request.get("text") is not None:
             request["text"] = SENTENCES[next(count) % len(SENTENCES)]
         if options.get("metric_anchor"):

@@ -113,7 +113,7 @@ class Honest:
         if k % 2:
             head, body = HEAD.format(method="GET", path=f"/scenes/{self.scene}"), b""
         else:
-            head = HEAD.format(method="POST", path="/scenes?validate_only=true")
+            head = HEAD.format(method="POST", path="/scenes/validate")
             head += f"content-type: application/json\r\ncontent-length: {len(body)}\r\n"
         began = time.monotonic()
         try:
@@ -232,7 +232,7 @@ def main() -> bool:
     columns = ["hostile clients", "number", "honest p50, ms", "honest p99, ms", "honest failures", "peak memory, MB"]
     body = (
         f"Honest clients: {HONEST_PER_S} requests a second for {HONEST_SECONDS} s, half of them `GET /scenes/{{id}}`, half "
-        f"`POST /scenes?validate_only=true`, each on a new connection of the same address as the hostile ones. Promised: p99 under "
+        f"`POST /scenes/validate`, each on a new connection of the same address as the hostile ones. Promised: p99 under "
         f"{promised * 1000:.0f} ms, no failure, memory under {MEMORY_CAP_BYTES >> 20} MiB, all closed within the limit and "
         f"{SLACK} s. Peak is that of resident memory.\n\n" + table(columns + ["closed by the server", "limit"], rows)
     )

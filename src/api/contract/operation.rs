@@ -109,12 +109,6 @@ impl<'a> Operation<'a> {
         self.answers_as(status, description, media_type, &json!(schema));
     }
 
-    /// One of two answers as JSON.
-    pub fn answers_either<A: JsonSchema, B: JsonSchema>(&mut self, status: u16, description: &str) {
-        let choices = [self.written.subschema_for::<A>(), self.written.subschema_for::<B>()];
-        self.answers_as(status, description, "application/json", &json!({ "oneOf": choices }));
-    }
-
     /// An answer of another media type.
     fn answers_as(&mut self, status: u16, description: &str, media_type: &str, schema: &Value) {
         let content = match schema {

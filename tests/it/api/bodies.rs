@@ -101,7 +101,7 @@ async fn stalled_uploads_hold_their_bytes_alone_and_large_ones_are_shed() {
     let shed = large().await;
     assert_eq!(shed.problem(), (503, "overloaded".into()), "{shed:?}");
     assert!(!shed.header("retry-after").is_empty());
-    assert_eq!(server.post("/scenes?validate_only=true", json!({ "text": "a mug" })).await.status, 200);
+    assert_eq!(server.post("/scenes/validate", json!({ "text": "a mug" })).await.status, 200);
     drop(stalled);
     tokio::time::sleep(Duration::from_millis(500)).await;
     assert_eq!(large().await.problem(), (422, "invalid_body".into()), "memory is given back");

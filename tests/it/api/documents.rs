@@ -88,7 +88,7 @@ async fn a_failed_scene_has_this_document() {
 #[tokio::test]
 async fn a_validated_request_has_this_document() {
     let server = Server::start(&Script::new(&[])).await;
-    let valid = server.post("/scenes?validate_only=true", json!({ "text": "a mug", "seed": 7 })).await;
+    let valid = server.post("/scenes/validate", json!({ "text": "a mug", "seed": 7 })).await;
     assert_json_snapshot!("validated", redacted(valid.json()));
 }
 

@@ -163,8 +163,7 @@ async fn bad_edits_are_refused_with_pointers_and_nothing_is_enqueued() {
         (with("image", json!({ "base64": "" })), "/image"),
     ] {
         let shown: String = body.to_string().chars().take(100).collect();
-        for path in [format!("/scenes/{parent}/edits"), format!("/scenes/{parent}/edits?validate_only=true")]
-        {
+        for path in [format!("/scenes/{parent}/edits"), format!("/scenes/{parent}/edits/validate")] {
             let reply = server.post(&path, body.clone()).await;
             assert_eq!(reply.problem(), (422, "invalid_body".into()), "{shown}: {reply:?}");
             let errors = reply.json()["errors"].clone();
@@ -186,7 +185,7 @@ async fn bad_edits_are_refused_with_pointers_and_nothing_is_enqueued() {
 async fn a_validated_edit_reads_the_bundle_and_is_not_enqueued() {
     let server = Server::start(&Script::new(&[])).await;
     let parent = finished(&server).await;
-    let reply = server.post(&format!("/scenes/{parent}/edits?validate_only=true"), tidy()).await;
+    let reply = server.post(&format!("/scenes/{parent}/edits/validate"), tidy()).await;
     // The scripted bundle has no objects to predict anything from.
     assert_eq!(reply.problem(), (409, "parent_unreadable".into()), "{reply:?}");
     assert_eq!(scene_count(&server).await, 1);

@@ -105,7 +105,7 @@ async fn text_beside_an_image_is_part_of_the_input() {
     let input = by_base64.json()["request"]["input"].clone();
     assert_eq!(by_file.json()["request"]["input"], input);
     assert_eq!((&input["kind"], &input["text"]), (&json!("image"), &json!("a mango and a plate")));
-    let checked = server.post("/scenes?validate_only=true", both).await.json();
+    let checked = server.post("/scenes/validate", both).await.json();
     assert_eq!(checked["request"]["input"], input);
     // Without a text, the stored input has no such field.
     let alone = server.post("/scenes", json!({ "image": { "base64": STANDARD.encode(&image) } })).await;
@@ -312,15 +312,17 @@ async fn bad_bodies_are_refused_and_nothing_is_enqueued() {
         let (status, code) = send(kind, body, "/scenes").await;
         assert_eq!((status, code.as_str()), expected, "{kind:?} {shown:?}");
     }
-    assert_eq!(send("application/json", b"{}".to_vec(), "/scenes?validate=1").await.0, 400);
-    assert_eq!(send("application/json", b"{}".to_vec(), "/scenes?validate_only=yes").await.0, 400);
+    // One who means to validate by a parameter, as in earlier versions, makes no scene.
+    let text = br#"{"text":"a mug"}"#.to_vec();
+    let by_parameter = send("application/json", text, "/scenes?validate_only=true").await;
+    assert_eq!((by_parameter.0, by_parameter.1.as_str()), (400, "invalid_parameter"));
     nothing_enqueued(&server).await;
 }
 
 #[tokio::test]
 async fn validating_enqueues_nothing() {
     let server = Server::start(&Script::new(&[])).await;
-    let reply = server.post("/scenes?validate_only=true", json!({ "text": "a mug", "seed": 1 })).await;
+    let reply = server.post("/scenes/validate", json!({ "text": "a mug", "seed": 1 })).await;
     assert_eq!((reply.status.as_u16(), &reply.json()["valid"]), (200, &json!(true)));
     nothing_enqueued(&server).await;
 }

@@ -60,7 +60,7 @@ async fn variants_become_scenes_with_a_parent_and_seeds_of_their_own() {
 async fn a_request_without_axes_varies_all_and_validation_makes_nothing() {
     let server = Server::start(&Script::new(&[])).await;
     let parent = finished(&server).await;
-    let path = format!("/scenes/{parent}/variants?validate_only=true");
+    let path = format!("/scenes/{parent}/variants/validate");
     let answer = server.post(&path, json!({ "count": 2, "seed": 1 })).await;
     assert_eq!(answer.status, 200, "{answer:?}");
     let requests = answer.json()["requests"].as_array().unwrap().clone();

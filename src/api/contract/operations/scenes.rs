@@ -26,14 +26,7 @@ pub fn list_scenes(operation: &mut Operation<'_>) {
 /// `POST /scenes`.
 pub fn submit_scene(operation: &mut Operation<'_>) {
     operation.is("scenes", "submitScene", "Submit a text or an image; a job makes the scene.");
-    operation.reads::<SceneSubmission>("application/json");
-    operation.shows(
-        "application/json",
-        r#"{"text": "A breakfast table with two mugs and a bowl of apples", "seed": 7}"#,
-    );
-    operation.reads::<SceneForm>("multipart/form-data");
-    let parts = [("image", "image/png, image/jpeg, image/webp"), ("request", "application/json")];
-    operation.encodes("multipart/form-data", &parts);
+    reads_scene(operation);
     operation.answers::<SceneView>(202, "Accepted; not finished yet, or no wait was asked for.");
     operation.locates();
     operation.applies_preference();
@@ -49,13 +42,30 @@ pub fn submit_scene(operation: &mut Operation<'_>) {
     operation.links("cancellation", "cancelJob", &[("job_id", "$response.body#/job/id")]);
     operation.links("retry", "retryJob", &[("job_id", "$response.body#/job/id")]);
     operation.links("jobs", "listJobs", &[("scene", "$response.body#/id")]);
-    operation.answers_either::<SceneView, Validated>(
-        200,
-        "With `Prefer wait`, the scene whose job has ended; with `validate_only`, the request as understood.",
-    );
+    operation.answers::<SceneView>(200, "With `Prefer wait`, the scene whose job has ended.");
     operation.locates();
     operation.applies_preference();
     operation.refuses(&[410, 507]);
+}
+
+/// `POST /scenes/validate`.
+pub fn validate_scene(operation: &mut Operation<'_>) {
+    let summary = "Check a request for a scene as if it were submitted; nothing is enqueued.";
+    operation.is("scenes", "validateScene", summary);
+    reads_scene(operation);
+    operation.answers::<Validated>(200, "The request as understood.");
+}
+
+/// The bodies of a request for a scene.
+fn reads_scene(operation: &mut Operation<'_>) {
+    operation.reads::<SceneSubmission>("application/json");
+    operation.shows(
+        "application/json",
+        r#"{"text": "A breakfast table with two mugs and a bowl of apples", "seed": 7}"#,
+    );
+    operation.reads::<SceneForm>("multipart/form-data");
+    let parts = [("image", "image/png, image/jpeg, image/webp"), ("request", "application/json")];
+    operation.encodes("multipart/form-data", &parts);
 }
 
 /// `GET /scenes/{scene_id}`.
@@ -108,13 +118,18 @@ pub fn edit_scene(operation: &mut Operation<'_>) {
     operation.links("scene", "getScene", &[("scene_id", "$response.body#/id")]);
     operation.links("lineage", "getLineage", &[("scene_id", "$response.body#/id")]);
     operation.links("job", "getJob", &[("job_id", "$response.body#/job/id")]);
-    operation.answers_either::<SceneView, ValidatedEdit>(
-        200,
-        "With `Prefer wait`, the scene whose job has ended; with `validate_only`, the request as understood.",
-    );
+    operation.answers::<SceneView>(200, "With `Prefer wait`, the scene whose job has ended.");
     operation.locates();
     operation.applies_preference();
     operation.refuses(&[409, 410, 507]);
+}
+
+/// `POST /scenes/{scene_id}/edits/validate`.
+pub fn validate_edit(operation: &mut Operation<'_>) {
+    let summary = "Check an edit as if it were submitted, and predict its result; nothing is enqueued.";
+    operation.is("scenes", "validateEdit", summary);
+    operation.answers::<ValidatedEdit>(200, "The request as understood.");
+    operation.refuses(&[409, 410]);
 }
 
 /// `POST /scenes/{scene_id}/variants`.
@@ -133,8 +148,15 @@ pub fn make_variants(operation: &mut Operation<'_>) {
         202,
         "Accepted. Where the queue has room for some only, `remaining` counts the others.",
     );
-    operation.answers::<ValidatedVariants>(200, "With `validate_only`, the requests as understood.");
     operation.refuses(&[409, 410, 507]);
+}
+
+/// `POST /scenes/{scene_id}/variants/validate`.
+pub fn validate_variants(operation: &mut Operation<'_>) {
+    let summary = "Check a request for variants as if it were submitted; nothing is enqueued.";
+    operation.is("scenes", "validateVariants", summary);
+    operation.answers::<ValidatedVariants>(200, "The requests as understood.");
+    operation.refuses(&[409, 410]);
 }
 
 /// `GET /scenes/{scene_id}/lineage`.
