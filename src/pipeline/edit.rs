@@ -9,6 +9,7 @@ mod account;
 mod additions;
 mod apply;
 mod draft;
+mod error;
 mod operations;
 pub mod predict;
 mod recolor;
@@ -18,6 +19,7 @@ mod view;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use error::EditError;
 pub use predict::{Prediction, predict};
 pub(super) use recolor::main_color;
 
@@ -115,7 +117,7 @@ enum Change {
 type Additions = BTreeMap<usize, Vec<additions::NewObject>>;
 
 /// Error of an operation that is not carried out.
-fn refused(index: usize, operation: &EditOperation, why: impl std::fmt::Display) -> StageError {
+fn refused(index: usize, operation: &EditOperation, why: &EditError) -> StageError {
     let message = format!("operation {} ({}): {why}; nothing was changed", index + 1, operation.name());
     StageError::permanent("edit_refused", message)
 }

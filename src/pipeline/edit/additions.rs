@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::error::EditError;
 use super::{Additions, refused, variation};
 use crate::pipeline::checkpoint::{Checkpoints, Stage};
 use crate::pipeline::composition::Composition;
@@ -99,8 +100,8 @@ async fn themes(
     for (index, labels) in indices.into_iter().zip(found) {
         let EditOperation::Clutter { count, .. } = &operations[index] else { continue };
         if labels.len() < *count as usize {
-            let why = format!("the theme has {} objects, not {count}", labels.len());
-            return Err(refused(index, &operations[index], why));
+            let why = EditError::ThemeTooSmall { found: labels.len(), wanted: *count };
+            return Err(refused(index, &operations[index], &why));
         }
         themes.insert(index, labels);
     }
@@ -214,10 +215,10 @@ fn of_line(
         .map(|part| part.span.text.as_str())
         .collect();
     let why = match words.as_slice() {
-        [] => format!("its phrase gives {} objects, not {}; name one kind of object", made.len(), line.count),
-        words => format!("{:?} is not understood; name another object", words.join(" ")),
+        [] => EditError::OtherCount { made: made.len(), wanted: line.count },
+        words => EditError::UnknownWords { words: words.join(" ") },
     };
-    Err(refused(line.index, operation, why))
+    Err(refused(line.index, operation, &why))
 }
 
 fn new(objects: &PreparedObjects, index: usize) -> NewObject {

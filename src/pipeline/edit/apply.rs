@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::draft::{Draft, load as load_geometry};
+use super::error::EditError;
 use super::operations::{NewTable, OperationInputs, carry_out, color_named, material_named};
 use super::{Additions, account, refused, view};
 use crate::pipeline::checkpoint::Stage;
@@ -117,7 +118,7 @@ async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, Ne
     let mut recognized = inputs.parent.recognition.table.clone();
     for (index, operation) in inputs.plan.operations.iter().enumerate() {
         let EditOperation::RestyleTable { material, color } = operation else { continue };
-        let refuse = |why: String| refused(index, operation, why);
+        let refuse = |why: EditError| refused(index, operation, &why);
         let color = color.as_deref().map(color_named).transpose().map_err(refuse)?;
         let material =
             material.as_deref().map(|words| material_named(words, true)).transpose().map_err(refuse)?;
@@ -130,8 +131,7 @@ async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, Ne
             continue;
         }
         if !same {
-            let why = "this table cannot be made again with the same top; its color stays".to_owned();
-            return Err(refuse(why));
+            return Err(refuse(EditError::OtherTableTop));
         }
         let hulls = artifact_io::hulls(context, &inputs.parent.bodies[0].hulls).await?;
         let loaded = context.cpu(move || load_geometry(raw.mesh, hulls)).await?.map_err(refuse)?;
@@ -141,7 +141,7 @@ async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, Ne
 }
 
 /// The account of a drawn operation that the scene has no room for.
-fn left_out(operation: &EditOperation, why: &str) -> OperationResult {
+fn left_out(operation: &EditOperation, why: &EditError) -> OperationResult {
     let op = operation.name().to_owned();
     let sentence = format!("left {op} out: {why}");
     OperationResult { op, objects: Vec::new(), sentence }
@@ -172,7 +172,7 @@ fn carry_out_all(
 ) -> Result<Edited, StageError> {
     let rest = RestSettings { settle: &inputs.settle, certify: &inputs.certify, may_roll: false };
     let unusable =
-        |why: String| StageError::permanent("no_collision_geometry", format!("editing the parent: {why}"));
+        |why: EditError| StageError::permanent("no_collision_geometry", format!("editing the parent: {why}"));
     let mut draft = Draft::new(inputs.parent.clone(), loaded, rest, cancel.clone()).map_err(unusable)?;
     let mut results: Vec<OperationResult> = Vec::with_capacity(inputs.plan.operations.len());
     for (index, operation) in inputs.plan.operations.iter().enumerate() {
@@ -186,9 +186,7 @@ fn carry_out_all(
         let before = inputs.plan.is_drawn.then(|| draft.clone());
         let seen_before = account::Before::of(&draft);
         let done = carry_out(&mut draft, operation, given).and_then(|done| match &before {
-            Some(before) if supports(before) != supports(&draft) => {
-                Err("something would come to rest on something else".to_owned())
-            }
+            Some(before) if supports(before) != supports(&draft) => Err(EditError::OtherSupports),
             _ => Ok(done),
         });
         // A cancelled simulation is no refusal.
@@ -204,7 +202,7 @@ fn carry_out_all(
                 draft = before;
                 results.push(left_out(operation, &why));
             }
-            (Err(why), None) => return Err(refused(index, operation, why)),
+            (Err(why), None) => return Err(refused(index, operation, &why)),
         }
     }
     let settled = draft.settle_containers();

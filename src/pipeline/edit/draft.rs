@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::additions::NewObject;
+use super::error::EditError;
 use super::recolor;
 use crate::pipeline::composition::{BodyParts, Composition};
 use crate::pipeline::resolve::{Loaded, ResolvedBody, body};
@@ -48,13 +49,13 @@ impl<'a> Draft<'a> {
     ///
     /// # Errors
     ///
-    /// A sentence that names the body whose hulls cannot be used.
+    /// [`EditError::Hulls`] for a body whose hulls cannot be used.
     pub fn new(
         composition: Composition,
         loaded: Vec<Loaded>,
         rest: RestSettings<'a>,
         cancel: CancelFlag,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, EditError> {
         let mut objects = Vec::with_capacity(loaded.len());
         for (index, (geometry, parts)) in loaded.iter().zip(&composition.bodies).enumerate() {
             let supporter = index
@@ -174,13 +175,11 @@ impl<'a> Draft<'a> {
     ///
     /// # Errors
     ///
-    /// What is wrong with its mesh, in words.
-    pub fn add(&mut self, new: &NewObject, loaded: Loaded) -> Result<usize, String> {
+    /// [`EditError`] for a mesh without mass, and for hulls that cannot be used.
+    pub fn add(&mut self, new: &NewObject, loaded: Loaded) -> Result<usize, EditError> {
         let id = self.free_name(&new.recognized.id);
-        let physical =
-            physical_properties(&loaded.mesh, &new.recognized.category, new.recognized.material.as_deref())
-                .map_err(|error| error.to_string())?;
-        let mut physical = physical;
+        let (category, material) = (&new.recognized.category, new.recognized.material.as_deref());
+        let mut physical = physical_properties(&loaded.mesh, category, material)?;
         if let Some(mass_kg) = new.recognized.mass_kg {
             physical.mass = physical.mass.with_mass(mass_kg);
         }
@@ -259,8 +258,8 @@ impl<'a> Draft<'a> {
     ///
     /// # Errors
     ///
-    /// What is wrong with its hulls, in words.
-    pub fn refresh(&mut self, object: usize) -> Result<(), String> {
+    /// [`EditError::Hulls`] for hulls that cannot be used.
+    pub fn refresh(&mut self, object: usize) -> Result<(), EditError> {
         let mut resolved = self.composition.bodies[object + 1].resolved.clone();
         resolved.settled = self.pose(object);
         self.rebuild(object, &resolved)
@@ -281,25 +280,28 @@ impl<'a> Draft<'a> {
     ///
     /// # Errors
     ///
-    /// What is wrong with the mesh, in words.
-    pub fn reshape(&mut self, object: usize, loaded: Loaded, factor: f64) -> Result<(), String> {
+    /// [`EditError`] for a mesh without mass, and for hulls that cannot be used.
+    pub fn reshape(&mut self, object: usize, loaded: Loaded, factor: f64) -> Result<(), EditError> {
         let recognized = &self.composition.recognition.objects[object];
         let (category, material) = (recognized.category.clone(), recognized.material.clone());
         let before = self.composition.bodies[object + 1].resolved.physical.mass.mass_kg;
-        let mut physical = physical_properties(&loaded.mesh, &category, material.as_deref())
-            .map_err(|error| error.to_string())?;
+        let mut physical = physical_properties(&loaded.mesh, &category, material.as_deref())?;
         // What a text states, or what is in it, scales with the volume.
         physical.mass = physical.mass.with_mass(before * factor.powi(3));
         self.replace_geometry(object, loaded, physical)
     }
 
     /// Gives an object another mesh of the same shape.
-    pub fn repaint(&mut self, object: usize, loaded: Loaded, material: Option<&str>) -> Result<(), String> {
+    pub fn repaint(
+        &mut self,
+        object: usize,
+        loaded: Loaded,
+        material: Option<&str>,
+    ) -> Result<(), EditError> {
         let category = self.composition.recognition.objects[object].category.clone();
         let physical = match material {
             None => self.composition.bodies[object + 1].resolved.physical,
-            Some(material) => physical_properties(&loaded.mesh, &category, Some(material))
-                .map_err(|error| error.to_string())?,
+            Some(material) => physical_properties(&loaded.mesh, &category, Some(material))?,
         };
         self.replace_geometry(object, loaded, physical)
     }
@@ -309,7 +311,7 @@ impl<'a> Draft<'a> {
         object: usize,
         loaded: Loaded,
         physical: catalog::PhysicalProperties,
-    ) -> Result<(), String> {
+    ) -> Result<(), EditError> {
         let pose = self.pose(object);
         let name = self.name(object).to_owned();
         let parts = self.parts(object);
@@ -323,7 +325,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Makes the object of the workspace again, of its geometry and its properties of now.
-    fn rebuild(&mut self, object: usize, resolved: &ResolvedBody) -> Result<(), String> {
+    fn rebuild(&mut self, object: usize, resolved: &ResolvedBody) -> Result<(), EditError> {
         let WorkspaceObject { supporter, symmetry_order, .. } = self.workspace.objects[object];
         let mut rebuilt = workspace_object(&self.loaded[object + 1], resolved, supporter, false)?;
         rebuilt.symmetry_order = symmetry_order;
@@ -332,9 +334,8 @@ impl<'a> Draft<'a> {
     }
 
     /// Gives the table another mesh.
-    pub fn replace_table(&mut self, loaded: Loaded, material: Option<&str>) -> Result<(), String> {
-        let physical =
-            physical_properties(&loaded.mesh, "table", material).map_err(|error| error.to_string())?;
+    pub fn replace_table(&mut self, loaded: Loaded, material: Option<&str>) -> Result<(), EditError> {
+        let physical = physical_properties(&loaded.mesh, "table", material)?;
         let parts = &mut self.composition.bodies[0];
         parts.resolved.physical = physical;
         let name = parts.resolved.name.clone();
@@ -350,19 +351,22 @@ fn workspace_object(
     resolved: &ResolvedBody,
     supporter: Supporter,
     fixed: bool,
-) -> Result<WorkspaceObject, String> {
+) -> Result<WorkspaceObject, EditError> {
     let body = body(&resolved.name, geometry, resolved.settled, &resolved.physical, fixed);
     WorkspaceObject::new(body, geometry.solid.clone(), supporter, true)
-        .map_err(|error| format!("{}: {error}", resolved.name))
+        .map_err(|source| EditError::Hulls { body: resolved.name.clone(), source })
 }
 
 /// Mesh, solid and hulls of other geometry.
 ///
 /// # Errors
 ///
-/// What is wrong with the mesh, in words.
-pub(super) fn load(mesh: geometry::TexturedMesh, hulls: Vec<geometry::ConvexHull>) -> Result<Loaded, String> {
+/// [`EditError::Solid`] for a mesh that bounds no solid.
+pub(super) fn load(
+    mesh: geometry::TexturedMesh,
+    hulls: Vec<geometry::ConvexHull>,
+) -> Result<Loaded, EditError> {
     let mesh = mesh.snap_to_f32();
-    let solid = MeshSolid::new(&mesh).map_err(|error| error.to_string())?;
+    let solid = MeshSolid::new(&mesh)?;
     Ok(Loaded { mesh: Arc::new(mesh), solid: Arc::new(solid), hulls })
 }

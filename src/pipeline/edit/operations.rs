@@ -17,6 +17,7 @@ use shape::{resize, rotate, set_physics};
 
 use super::additions::NewObject;
 use super::draft::Draft;
+use super::error::EditError;
 use crate::pipeline::resolve::Loaded;
 use editing::PlaceQuery;
 use editing::place::nearest_right_angle_rad;
@@ -50,12 +51,12 @@ pub(super) struct NewTable {
 ///
 /// # Errors
 ///
-/// Why it is refused, in words.
+/// [`EditError`], the reason why it is refused.
 pub(super) fn carry_out(
     draft: &mut Draft,
     operation: &EditOperation,
     given: OperationInputs,
-) -> Result<OperationResult, String> {
+) -> Result<OperationResult, EditError> {
     let (objects, sentence) = match operation {
         EditOperation::Add { place, .. } => add(draft, place.as_ref(), given)?,
         EditOperation::Clutter { .. } => clutter(draft, given)?,
@@ -84,14 +85,11 @@ pub(super) fn carry_out(
     Ok(OperationResult { op: operation.name().to_owned(), objects, sentence })
 }
 
-type Done = Result<(Vec<InstanceId>, String), String>;
+type Done = Result<(Vec<InstanceId>, String), EditError>;
 
-fn one(draft: &Draft, phrase: &str) -> Result<usize, String> {
+fn one(draft: &Draft, phrase: &str) -> Result<usize, EditError> {
     if is_table(phrase) {
-        return Err(
-            "the table cannot be moved, removed, replaced or resized; restyle_table changes its appearance"
-                .into(),
-        );
+        return Err(EditError::FixedTable);
     }
     match several(draft, phrase)?[..] {
         [object] => Ok(object),
@@ -99,15 +97,15 @@ fn one(draft: &Draft, phrase: &str) -> Result<usize, String> {
             phrase: phrase.trim().to_owned(),
             candidates: ids(draft, candidates),
         }
-        .to_string()),
+        .into()),
     }
 }
 
-fn several(draft: &Draft, phrase: &str) -> Result<Vec<usize>, String> {
+fn several(draft: &Draft, phrase: &str) -> Result<Vec<usize>, EditError> {
     if is_table(phrase) {
-        return Err("the table is none of the objects".into());
+        return Err(EditError::TableIsNoObject);
     }
-    references::resolve_newest(&draft.editable(), phrase, &draft.newest()).map_err(|error| error.to_string())
+    Ok(references::resolve_newest(&draft.editable(), phrase, &draft.newest())?)
 }
 
 fn is_table(phrase: &str) -> bool {
@@ -122,12 +120,12 @@ fn names(draft: &Draft, objects: &[usize]) -> String {
 }
 
 /// The place that an operation states, for an object.
-fn query(draft: &Draft, object: usize, place: &EditPlace) -> Result<PlaceQuery, String> {
+fn query(draft: &Draft, object: usize, place: &EditPlace) -> Result<PlaceQuery, EditError> {
     let target = match place.target.as_deref() {
         None => None,
         Some(phrase) if is_table(phrase) => match place.relation {
             Some(RelationKind::On) => None,
-            _ => return Err("a place relative to the table is one of its regions, or `on` it".into()),
+            _ => return Err(EditError::RelativeToTable),
         },
         Some(phrase) => Some(one(draft, phrase)?),
     };
@@ -135,11 +133,11 @@ fn query(draft: &Draft, object: usize, place: &EditPlace) -> Result<PlaceQuery, 
     let branch = draft.workspace.branch(object);
     for other in [target, second_target].into_iter().flatten() {
         if other == object {
-            return Err(format!("{} cannot be placed relative to itself", draft.name(object)));
+            return Err(EditError::RelativeToItself { object: draft.name(object).to_owned() });
         }
         if branch.contains(&other) {
-            let (object, other) = (draft.name(object), draft.name(other));
-            return Err(format!("{other} rests on or in {object}, so {object} cannot go there"));
+            let (object, carried) = (draft.name(object).to_owned(), draft.name(other).to_owned());
+            return Err(EditError::RelativeToCarried { object, carried });
         }
     }
     let relation = match (place.relation, target) {
@@ -161,7 +159,7 @@ fn query(draft: &Draft, object: usize, place: &EditPlace) -> Result<PlaceQuery, 
     })
 }
 
-fn put_all(draft: &mut Draft, given: OperationInputs) -> Result<Vec<usize>, String> {
+fn put_all(draft: &mut Draft, given: OperationInputs) -> Result<Vec<usize>, EditError> {
     given.additions.into_iter().map(|(new, loaded)| draft.add(new, loaded)).collect()
 }
 
@@ -261,7 +259,7 @@ fn replace(draft: &mut Draft, phrase: &str, given: OperationInputs) -> Done {
     draft.remove(target);
     let supporter = Supporter { parent: supporter.parent.map(shift), relation: supporter.relation };
     let added = put_all(draft, given)?;
-    let &[new] = added.as_slice() else { return Err("it needs exactly one new object".into()) };
+    let &[new] = added.as_slice() else { return Err(EditError::NotOneNewObject) };
     let relation = supporter.parent.map(|_| RelationKind::from(supporter.relation));
     let query = PlaceQuery {
         relation,
@@ -335,13 +333,13 @@ fn stack(draft: &mut Draft, phrases: &[String]) -> Done {
     let count = targets.len();
     targets.dedup();
     if targets.len() < 2 || targets.len() != count {
-        return Err("a stack needs at least two different objects".into());
+        return Err(EditError::TooFewToStack);
     }
     for pair in targets.windows(2) {
         let &[below, above] = pair else { continue };
         if draft.workspace.branch(above).contains(&below) {
-            let (below, above) = (draft.name(below), draft.name(above));
-            return Err(format!("{below} rests on or in {above}; name the lower one first"));
+            let (below, above) = (draft.name(below).to_owned(), draft.name(above).to_owned());
+            return Err(EditError::StackedUpsideDown { below, above });
         }
         if draft.supporter(above) == Supporter::on(below) {
             continue;
@@ -389,7 +387,7 @@ fn tidy(draft: &mut Draft) -> Done {
         }
     }
     if aligned.is_empty() {
-        return Err("nothing on the table can be aligned".into());
+        return Err(EditError::NothingToAlign);
     }
     let targets = aligned;
     Ok((ids(draft, &targets), format!("aligned {}", names(draft, &targets))))

@@ -1,5 +1,7 @@
 //! Prediction of an edit without making it: references, places and collisions, but no new objects.
 
+use std::fmt::Display;
+
 use serde::Serialize;
 
 use super::draft::{Draft, load};
@@ -39,18 +41,19 @@ pub fn predict(
     cancel: &CancelFlag,
 ) -> Result<Prediction, StageError> {
     let parent::Parent { stored, files } = parent::unpacked(archive)?;
-    let unreadable = |why: String| {
+    let unreadable = |why: &dyn Display| {
         StageError::permanent("parent_unreadable", format!("reading the parent's bundle: {why}"))
     };
     let mut loaded = Vec::with_capacity(stored.hulls.len());
     for (body, hulls) in stored.composition.bodies.iter().zip(stored.hulls) {
         let path = parent::mesh_path(&body.resolved.name);
-        let bytes = files.get(&path).ok_or_else(|| unreadable(format!("it has no {path}")))?;
-        let mesh: TexturedMesh = read_mesh_glb(bytes).map_err(|error| unreadable(error.to_string()))?;
-        loaded.push(load(mesh, hulls).map_err(unreadable)?);
+        let bytes = files.get(&path).ok_or_else(|| unreadable(&format!("it has no {path}")))?;
+        let mesh: TexturedMesh = read_mesh_glb(bytes).map_err(|error| unreadable(&error))?;
+        loaded.push(load(mesh, hulls).map_err(|error| unreadable(&error))?);
     }
     let rest = RestSettings { settle: &settings.settle, certify: &settings.certify, may_roll: false };
-    let mut draft = Draft::new(stored.composition, loaded, rest, cancel.clone()).map_err(unreadable)?;
+    let draft = Draft::new(stored.composition, loaded, rest, cancel.clone());
+    let mut draft = draft.map_err(|error| unreadable(&error))?;
     let (mut results, mut undetermined) = (Vec::new(), Vec::new());
     for (index, operation) in operations.iter().enumerate() {
         let needs_objects = matches!(
@@ -72,7 +75,7 @@ pub fn predict(
             Ok(done) => results.push(done),
             // It may name an object that an operation before it adds.
             Err(_) if !undetermined.is_empty() => undetermined.push(index),
-            Err(why) => return Err(refused(index, operation, why)),
+            Err(why) => return Err(refused(index, operation, &why)),
         }
     }
     let (_, _, _, moved) = draft.finish();

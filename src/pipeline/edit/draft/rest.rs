@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Draft;
+use crate::pipeline::edit::error::EditError;
 use editing::{Candidate, PlaceQuery, RestFault, RestSettings, Workspace};
 use geometry::Pose;
 use physics::settle::angle_between_rad;
@@ -36,8 +37,8 @@ impl Draft<'_> {
     ///
     /// # Errors
     ///
-    /// What does not come to rest, in words.
-    pub fn settle_containers(&mut self) -> Result<(), String> {
+    /// [`EditError::RestlessContents`] for a container whose contents do not come to rest.
+    pub fn settle_containers(&mut self) -> Result<(), EditError> {
         for container in 0..self.len() {
             let contents: Vec<usize> = self
                 .load(container)
@@ -54,9 +55,9 @@ impl Draft<'_> {
                 contents.iter().flat_map(|object| self.workspace.branch(*object)).collect();
             let cause = format!("it lies in {}, whose contents changed", self.name(container));
             let mut settled = self.workspace.clone();
-            settled
-                .come_to_rest(&moving, self.rest, &self.cancel)
-                .map_err(|fault| format!("the contents of {} do not stay: {fault}", self.name(container)))?;
+            settled.come_to_rest(&moving, self.rest, &self.cancel).map_err(|fault| {
+                EditError::RestlessContents { container: self.name(container).to_owned(), fault }
+            })?;
             if !self.stay_in(&settled, &moving) {
                 self.workspace = settled;
                 self.may_move(&moving, &cause);
@@ -77,8 +78,8 @@ impl Draft<'_> {
     ///
     /// # Errors
     ///
-    /// Why there is no place, in words.
-    pub fn find_and_rest(&mut self, object: usize, query: &PlaceQuery) -> Result<(), String> {
+    /// [`EditError`] if there is no place, or the object does not stay there.
+    pub fn find_and_rest(&mut self, object: usize, query: &PlaceQuery) -> Result<(), EditError> {
         let Err(why) = self.find_as_it_is(object, query) else { return Ok(()) };
         let Some(lying) = self.fallen_over(object, query) else { return Err(why) };
         let standing = std::mem::replace(&mut self.workspace, lying);
@@ -105,24 +106,24 @@ impl Draft<'_> {
     }
 
     /// As [`Self::find_and_rest`], in the orientation of now or turned about the vertical.
-    fn find_as_it_is(&mut self, object: usize, query: &PlaceQuery) -> Result<(), String> {
-        let candidates = self.workspace.places(object, query).map_err(|error| error.to_string())?;
-        let mut fault = None;
+    fn find_as_it_is(&mut self, object: usize, query: &PlaceQuery) -> Result<(), EditError> {
+        let candidates = self.workspace.places(object, query)?;
+        let mut fault = RestFault::LeftPlace;
         for candidate in &candidates {
-            self.cancel.check().map_err(|error| error.to_string())?;
+            self.cancel.check()?;
             let mut rested = self.workspace.clone();
             match rested.put_down(object, candidate, self.rest, &self.cancel) {
                 Ok(()) if rested.meets(object, query) => {
                     self.workspace = rested;
                     return Ok(());
                 }
-                Ok(()) => fault = Some(RestFault::LeftPlace),
-                Err(error) => fault = Some(error),
+                Ok(()) => fault = RestFault::LeftPlace,
+                Err(error) => fault = error,
             }
         }
         // A round object rolls wherever it is put; it may, as long as its relation still holds where it rests.
         let may_roll = RestSettings { may_roll: true, ..self.rest };
-        let has_slipped = matches!(fault, Some(RestFault::Slipped { .. }))
+        let has_slipped = matches!(fault, RestFault::Slipped { .. })
             && query.position_m.is_none()
             && query.yaw_rad.is_none();
         for candidate in candidates.iter().filter(|_| has_slipped) {
@@ -133,17 +134,15 @@ impl Draft<'_> {
                 return Ok(());
             }
         }
-        let place = self.workspace.place_in_words(query);
-        let why = fault.map_or_else(String::new, |fault| format!(": {fault}"));
-        Err(format!("{} does not stay {place}{why}", self.name(object)))
+        Err(self.leaves(object, self.workspace.place_in_words(query), fault))
     }
 
     /// Lets an object come to rest straight below or above a pose.
     ///
     /// # Errors
     ///
-    /// Why it may not be there, in words.
-    pub fn rest_at(&mut self, object: usize, pose: Pose, supporter: Supporter) -> Result<(), String> {
+    /// [`EditError`] if there is no room, or the object does not stay.
+    pub fn rest_at(&mut self, object: usize, pose: Pose, supporter: Supporter) -> Result<(), EditError> {
         self.rest_with(object, pose, supporter, None)
     }
 
@@ -151,14 +150,14 @@ impl Draft<'_> {
     ///
     /// # Errors
     ///
-    /// Why it may not be there, in words.
+    /// [`EditError`] if there is no room, or the object does not stay.
     pub fn rest_turned(
         &mut self,
         object: usize,
         pose: Pose,
         supporter: Supporter,
         yaw_rad: f64,
-    ) -> Result<(), String> {
+    ) -> Result<(), EditError> {
         self.rest_with(object, pose, supporter, Some(yaw_rad))
     }
 
@@ -168,20 +167,24 @@ impl Draft<'_> {
         pose: Pose,
         supporter: Supporter,
         stated_yaw_rad: Option<f64>,
-    ) -> Result<(), String> {
-        let place = self.workspace.place_at(object, pose, supporter).map_err(|error| error.to_string())?;
+    ) -> Result<(), EditError> {
+        let place = self.workspace.place_at(object, pose, supporter)?;
         let candidate = Candidate { stated_yaw_rad, ..place };
         self.workspace
             .put_down(object, &candidate, self.rest, &self.cancel)
-            .map_err(|fault| format!("{} does not stay there: {fault}", self.name(object)))
+            .map_err(|fault| self.leaves(object, "there".to_owned(), fault))
+    }
+
+    fn leaves(&self, object: usize, place: String, fault: RestFault) -> EditError {
+        EditError::LeavesPlace { object: self.name(object).to_owned(), place, fault }
     }
 
     /// Lets objects come to rest again on or in what carries them now: where they are, or else near.
     ///
     /// # Errors
     ///
-    /// Why there is no room for one of them, in words.
-    pub fn rest_again(&mut self, objects: &[(usize, Supporter)], cause: &str) -> Result<(), String> {
+    /// [`EditError`] if there is no room for one of them.
+    pub fn rest_again(&mut self, objects: &[(usize, Supporter)], cause: &str) -> Result<(), EditError> {
         for &(object, supporter) in objects {
             self.may_move(&self.workspace.branch(object), cause);
             let mut anchored = self.workspace.objects[object].clone();

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::{Done, NewTable, OperationInputs, ids, names, one, several};
 use crate::pipeline::certify::plausibility::uncovered_m;
 use crate::pipeline::edit::draft::{Draft, load};
+use crate::pipeline::edit::error::EditError;
 use crate::pipeline::edit::recolor::recolored;
 use catalog::{physical, substance};
 use editing::references;
@@ -46,22 +47,19 @@ pub(super) fn recolor(draft: &mut Draft, phrase: &str, color: Option<&str>, mate
 }
 
 /// The color of words such as "red" and "dark blue".
-pub(in crate::pipeline::edit) fn color_named(words: &str) -> Result<Rgb, String> {
-    references::color_of(words.trim())
-        .ok_or_else(|| format!("{words:?} is no color that is known; give one such as red, navy or beige"))
+pub(in crate::pipeline::edit) fn color_named(words: &str) -> Result<Rgb, EditError> {
+    references::color_of(words.trim()).ok_or_else(|| EditError::UnknownColor { words: words.to_owned() })
 }
 
 /// The name of a material in the catalog; of a table, its finish where the material has one.
-pub(in crate::pipeline::edit) fn material_named(words: &str, of_table: bool) -> Result<String, String> {
+pub(in crate::pipeline::edit) fn material_named(words: &str, of_table: bool) -> Result<String, EditError> {
     let lower = words.trim().to_ascii_lowercase();
     if let Some(word) = references::material_of(&lower) {
         let finish = word.table.as_ref().filter(|_| of_table);
         return Ok(finish.unwrap_or(&word.substance).clone());
     }
     let is_known = substance(&lower).is_some() || physical::is_finish(&lower);
-    is_known.then_some(lower).ok_or_else(|| {
-        format!("{words:?} is no material that is known; give one such as wood, steel or glass")
-    })
+    is_known.then_some(lower).ok_or_else(|| EditError::UnknownMaterial { words: words.to_owned() })
 }
 
 /// The usual color of a material, where it has one.
@@ -93,10 +91,10 @@ pub(super) fn relabel(draft: &mut Draft, phrase: &str, label: &str) -> Done {
 }
 
 pub(super) fn restyle_table(draft: &mut Draft, given: OperationInputs) -> Done {
-    let NewTable { loaded, material, color } = given.table.ok_or("no table was made")?;
+    let NewTable { loaded, material, color } = given.table.ok_or(EditError::NoTable)?;
     // It keeps the hulls of the table before.
     if uncovered_m(&loaded.mesh, &loaded.hulls) > MAX_UNCOVERED_M {
-        return Err("this table cannot be made again in the same shape; its appearance stays".into());
+        return Err(EditError::OtherTableShape);
     }
     draft.replace_table(loaded, material.as_deref())?;
     let recognition = Arc::make_mut(&mut draft.composition.recognition);

@@ -6,6 +6,7 @@ use glam::DVec2;
 
 use super::{Done, ids, unit};
 use crate::pipeline::edit::draft::Draft;
+use crate::pipeline::edit::error::EditError;
 use editing::PlaceQuery;
 use editing::workspace::Workspace;
 use geometry::pose::wrap_angle_rad;
@@ -49,22 +50,23 @@ pub(super) fn rearrange(draft: &mut Draft, seed: u64) -> Done {
         .filter(|object| draft.supporter(*object) == Supporter::TABLE && !demands.fixed.contains(object))
         .collect();
     if movable.is_empty() {
-        return Err("the text fixes where everything is".into());
+        return Err(EditError::EverythingFixed);
     }
     in_order(&mut movable, draft, &demands);
-    let mut why = String::new();
-    for layout in 0..LAYOUTS {
+    let mut layout = 0;
+    loop {
         let mut tried = draft.clone();
-        match laid_out(&mut tried, &movable, &demands, child_seed(seed, &format!("layout {layout}"))) {
-            Ok(()) => {
-                *draft = tried;
-                return Ok((ids(draft, &movable), format!("gave {} objects new places", movable.len())));
-            }
-            Err(reason) => why = reason,
+        let layout_seed = child_seed(seed, &format!("layout {layout}"));
+        let Err(why) = laid_out(&mut tried, &movable, &demands, layout_seed) else {
+            *draft = tried;
+            return Ok((ids(draft, &movable), format!("gave {} objects new places", movable.len())));
+        };
+        draft.cancel.check()?;
+        layout += 1;
+        if layout == LAYOUTS {
+            return Err(EditError::NoLayout { layouts: LAYOUTS, last: Box::new(why) });
         }
-        draft.cancel.check().map_err(|error| error.to_string())?;
     }
-    Err(format!("none of {LAYOUTS} other layouts is possible: {why}"))
 }
 
 /// The demands of the text that the objects meet now.
@@ -163,7 +165,7 @@ fn in_order(movable: &mut Vec<usize>, draft: &Draft, demands: &Demands) {
 }
 
 /// Puts every object at a place that the seed draws.
-fn laid_out(draft: &mut Draft, movable: &[usize], demands: &Demands, seed: u64) -> Result<(), String> {
+fn laid_out(draft: &mut Draft, movable: &[usize], demands: &Demands, seed: u64) -> Result<(), EditError> {
     for &object in movable {
         draft.is_named(object);
         let branch = draft.workspace.branch(object);
@@ -181,13 +183,14 @@ fn laid_out(draft: &mut Draft, movable: &[usize], demands: &Demands, seed: u64) 
     Ok(())
 }
 
-fn put_somewhere(draft: &mut Draft, object: usize, demands: &Demands, seed: u64) -> Result<(), String> {
+fn put_somewhere(draft: &mut Draft, object: usize, demands: &Demands, seed: u64) -> Result<(), EditError> {
     let (low, high) = draft.workspace.outline.bounds();
     let order = draft.composition.yaws[object].symmetry_order;
     let turn_rad = if order == 1 { TURN_RAD } else { PI };
     let yaw_rad = draft.pose(object).yaw_rad().unwrap_or(0.0);
     let own = demands.met.iter().find(|met| met.object == object);
-    let mut why = String::new();
+    let name = draft.name(object).to_owned();
+    let mut why = EditError::BreaksText { object: name.clone() };
     for draw in 0..DRAWS {
         let share = |axis: &str| unit(child_seed(seed, &format!("{axis} {draw}")));
         let query = PlaceQuery {
@@ -199,20 +202,20 @@ fn put_somewhere(draft: &mut Draft, object: usize, demands: &Demands, seed: u64)
         let candidates = match draft.workspace.places(object, &query) {
             Ok(candidates) => candidates,
             Err(error) => {
-                why = error.to_string();
+                why = error.into();
                 continue;
             }
         };
         for candidate in &candidates {
-            draft.cancel.check().map_err(|error| error.to_string())?;
+            draft.cancel.check()?;
             let mut tried = draft.workspace.clone();
             match tried.put_down(object, candidate, draft.rest, &draft.cancel) {
                 Ok(()) if keeps(&tried, object, demands) => {
                     draft.workspace = tried;
                     return Ok(());
                 }
-                Ok(()) => why = format!("{} would not keep what the text states of it", draft.name(object)),
-                Err(fault) => why = format!("{} does not stay: {fault}", draft.name(object)),
+                Ok(()) => why = EditError::BreaksText { object: name.clone() },
+                Err(fault) => why = EditError::LeavesDrawnPlace { object: name.clone(), fault },
             }
         }
     }

@@ -6,6 +6,7 @@ use glam::{DQuat, DVec3};
 
 use super::{Done, ids, names, one, place_branches, several};
 use crate::pipeline::edit::draft::{self, Draft};
+use crate::pipeline::edit::error::EditError;
 use editing::PlaceQuery;
 use geometry::pose::wrap_angle_rad;
 use scene::Supporter;
@@ -23,14 +24,14 @@ pub(super) fn rotate(
     let targets = several(draft, phrase)?;
     for &target in &targets {
         let pose = draft.pose(target);
-        let yaw_rad = pose.yaw_rad().ok_or("it lies on its side, so it has no yaw; move it instead")?;
+        let yaw_rad = pose.yaw_rad().ok_or(EditError::NoYaw)?;
         let turn_rad = match (by_rad, to_rad, facing) {
             (Some(by_rad), ..) => by_rad,
             (_, Some(to_rad), _) => to_rad - yaw_rad,
             (_, _, Some(phrase)) => {
                 let other = one(draft, phrase)?;
                 if other == target {
-                    return Err("it cannot face itself".into());
+                    return Err(EditError::FacesItself);
                 }
                 let toward = draft.center_m(other) - draft.center_m(target);
                 // At yaw 0 the front faces -y.
