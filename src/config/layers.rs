@@ -10,6 +10,7 @@ use toml::{Table, Value};
 
 use super::keys::{Key, flatten, keys};
 use super::nearest::advice;
+use super::value::ValueError;
 use super::{Config, ConfigError, ConfigErrors, rules, value};
 
 /// Prefix of environment variables with settings.
@@ -136,9 +137,9 @@ impl Layers {
         self.lay(path, origin, |key| value::parse(key, text));
     }
 
-    fn lay(&mut self, path: String, origin: Origin, read: impl FnOnce(&Key) -> Result<Value, String>) {
+    fn lay(&mut self, path: String, origin: Origin, read: impl FnOnce(&Key) -> Result<Value, ValueError>) {
         let read = match keys().get(&path) {
-            Some(key) => read(key),
+            Some(key) => read(key).map_err(|error| error.to_string()),
             None => Err(format!("there is no such key; {}", advice(&path))),
         };
         match read {
