@@ -99,13 +99,23 @@ pub struct Arguments {
     options: ConfigOptions,
 }
 
-fn amplitude(text: &str) -> Result<(String, f64), String> {
-    let names = || AXES.iter().map(|axis| axis.name).collect::<Vec<_>>().join(", ");
-    let (name, value) = text.split_once('=').ok_or("must be AXIS=X")?;
+/// Reason why an argument is no amplitude of an axis.
+#[derive(Debug, thiserror::Error)]
+enum AmplitudeError {
+    #[error("must be AXIS=X")]
+    NoAssignment,
+    #[error("there is no axis {name}; there are {}", AXES.iter().map(|axis| axis.name).collect::<Vec<_>>().join(", "))]
+    UnknownAxis { name: String },
+    #[error("{value} is no number")]
+    NoNumber { value: String },
+}
+
+fn amplitude(text: &str) -> Result<(String, f64), AmplitudeError> {
+    let (name, value) = text.split_once('=').ok_or(AmplitudeError::NoAssignment)?;
     if !AXES.iter().any(|axis| axis.name == name) {
-        return Err(format!("there is no axis {name}; there are {}", names()));
+        return Err(AmplitudeError::UnknownAxis { name: name.to_owned() });
     }
-    let value = value.parse().map_err(|_| format!("{value} is no number"))?;
+    let value = value.parse().map_err(|_| AmplitudeError::NoNumber { value: value.to_owned() })?;
     Ok((name.to_owned(), value))
 }
 

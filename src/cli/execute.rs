@@ -13,7 +13,7 @@ use super::options::ConfigOptions;
 use super::output::{Kind, Output};
 use super::{Exit, Failure, input_file, number, scene_summary, terminal};
 use crate::app::activity::staged;
-use crate::app::executions::order::BasePlace;
+use crate::app::executions::order::{BasePlace, OutOfRange};
 use crate::app::executions::{TaskSource, files, run as execute_task, video};
 use crate::pipeline::task_scene;
 use manipulation::execution::Execution;
@@ -102,14 +102,24 @@ fn output(arguments: &Arguments) -> Result<Option<Output>, Failure> {
     out.map(|out| Output::check(out, Kind::Execution, arguments.force, &inputs)).transpose()
 }
 
+/// Reason why an argument is no place of a base.
+#[derive(Debug, thiserror::Error)]
+enum BasePlaceError {
+    #[error("give four numbers with commas between, such as -0.5,0,0.02,0")]
+    NotFourNumbers,
+    #[error("{name} {0}", name = .0.name)]
+    OutOfRange(#[from] OutOfRange),
+}
+
 /// Four numbers.
-fn base_place(given: &str) -> Result<BasePlace, String> {
+fn base_place(given: &str) -> Result<BasePlace, BasePlaceError> {
     let numbers: Option<Vec<f64>> = given.split(',').map(|number| number.trim().parse().ok()).collect();
     let Some([x_m, y_m, z_m, yaw_rad]) = numbers.as_deref().and_then(|n| <[f64; 4]>::try_from(n).ok()) else {
-        return Err("give four numbers with commas between, such as -0.5,0,0.02,0".to_owned());
+        return Err(BasePlaceError::NotFourNumbers);
     };
     let place = BasePlace { x_m, y_m, z_m, yaw_rad };
-    place.check().map(|()| place).map_err(|(name, why)| format!("{name} {why}"))
+    place.check()?;
+    Ok(place)
 }
 
 /// Advice where a file of a task cannot be used.

@@ -71,10 +71,15 @@ impl TextOptions {
     }
 }
 
+/// An argument that assigns no setting.
+#[derive(Debug, thiserror::Error)]
+#[error("give key=value, such as worker.fan_out=2")]
+struct NoAssignment;
+
 /// `key=value`.
-fn assignment(text: &str) -> Result<(String, String), String> {
+fn assignment(text: &str) -> Result<(String, String), NoAssignment> {
     match text.split_once('=') {
         Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.trim().to_owned())),
-        _ => Err("give key=value, such as worker.fan_out=2".to_owned()),
+        _ => Err(NoAssignment),
     }
 }

@@ -63,7 +63,7 @@ fn again(arguments: &Arguments) -> Result<Exit, Failure> {
     let records = records_of(&arguments.dataset)?;
     let text = input_file::text(&records, "the records", DATASET_ADVICE)?;
     let episode = recorded_episode(&text, arguments.episode)
-        .map_err(|what| Failure::usage(format!("{} {what}", records.display())))?;
+        .map_err(|error| Failure::usage(format!("{} {error}", records.display())))?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
     let (of_setup, config) = (episode.clone(), resolved.clone());
     let (setup, made) = computed(arguments.json, move |watch| {
@@ -71,7 +71,7 @@ fn again(arguments: &Arguments) -> Result<Exit, Failure> {
         let setup = setup.map_err(|problem| refused(problem, "--dataset"))?;
         let made = staged(watch, "episode", None, || regenerate(&setup, &of_setup));
         let made = made.map_err(|error| Failure::new(Exit::Error, error.to_string()))?;
-        Ok((setup, made.map_err(|what| Failure::new(Exit::TaskFailed, what))?))
+        Ok((setup, made.map_err(|error| Failure::new(Exit::TaskFailed, error.to_string()))?))
     })?;
     if let Some(output) = &output {
         write(&setup, &resolved, output, &made.unit)?;

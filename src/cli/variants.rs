@@ -40,9 +40,13 @@ pub struct Arguments {
     job: JobOptions,
 }
 
-fn axis(name: &str) -> Result<Randomize, String> {
-    let known = || format!("is none of {}", Randomize::AXES.join(", "));
-    Randomize::only(name.trim()).ok_or_else(known)
+/// A name that is no axis of variants.
+#[derive(Debug, thiserror::Error)]
+#[error("is none of {}", Randomize::AXES.join(", "))]
+struct UnknownAxis;
+
+fn axis(name: &str) -> Result<Randomize, UnknownAxis> {
+    Randomize::only(name.trim()).ok_or(UnknownAxis)
 }
 
 /// Makes the variants one after the other, each in its folder. A variant that is there already is left as it is, so the

@@ -57,6 +57,15 @@ pub struct BasePlace {
     pub yaw_rad: f64,
 }
 
+/// Number of a place that no base can have.
+#[derive(Debug, thiserror::Error)]
+#[error("is {value}; it must be from {} to {}", -BasePlace::MAX, BasePlace::MAX)]
+pub struct OutOfRange {
+    /// Name of the field.
+    pub name: &'static str,
+    value: f64,
+}
+
 impl BasePlace {
     /// No number is greater than this, in meters and radians.
     const MAX: f64 = 10.0;
@@ -64,13 +73,12 @@ impl BasePlace {
     /// Checks that no number is out of range.
     ///
     /// # Errors
-    /// The name of the first that is, and what is wrong with it.
-    pub fn check(&self) -> Result<(), (&'static str, String)> {
+    ///
+    /// [`OutOfRange`] for the first that is.
+    pub fn check(&self) -> Result<(), OutOfRange> {
         let named = [("x_m", self.x_m), ("y_m", self.y_m), ("z_m", self.z_m), ("yaw_rad", self.yaw_rad)];
         match named.into_iter().find(|(_, value)| !(-Self::MAX..=Self::MAX).contains(value)) {
-            Some((name, value)) => {
-                Err((name, format!("is {value}; it must be from {} to {}", -Self::MAX, Self::MAX)))
-            }
+            Some((name, value)) => Err(OutOfRange { name, value }),
             None => Ok(()),
         }
     }
@@ -141,8 +149,8 @@ impl ExecutionDraft {
         if seed > MAX_SEED {
             errors.push(FieldError::new("/seed", format!("must be at most {MAX_SEED}")));
         }
-        if let Some(Err((name, why))) = base.map(|base| base.check()) {
-            errors.push(FieldError::new(format!("/base/{name}"), why));
+        if let Some(Err(error)) = base.map(|base| base.check()) {
+            errors.push(FieldError::new(format!("/base/{}", error.name), error.to_string()));
         }
         if video && format == ExecutionFormat::Json {
             errors.push(FieldError::new("/video", "a video is in the archive alone; ask with format=zip"));
@@ -168,7 +176,7 @@ fn source_of(
     match (text, task) {
         (Some(text), None) => match check_text(&text, max_text_chars) {
             Ok(text) => Ok(TaskSource::Text(text)),
-            Err(why) => Err(FieldError::new("/text", why)),
+            Err(why) => Err(FieldError::new("/text", why.to_string())),
         },
         (None, Some(task)) => match Task::deserialize(task) {
             Ok(task) => Ok(TaskSource::Task(Box::new(task))),
