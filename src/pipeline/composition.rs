@@ -134,6 +134,17 @@ impl Composition {
     }
 }
 
+/// Reason why a stored composition is not read.
+#[derive(Debug, thiserror::Error)]
+pub enum CompositionError {
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+    #[error("its composition has the format {found}, and this program reads {}", StoredComposition::FORMAT)]
+    OtherFormat { found: String },
+    #[error("its lists of objects have different lengths")]
+    UnequalLists,
+}
+
 /// `composition.json`.
 #[derive(Serialize, Deserialize)]
 pub struct StoredComposition {
@@ -152,23 +163,19 @@ impl StoredComposition {
     ///
     /// # Errors
     ///
-    /// Why this program does not read it, in words.
-    pub fn read(bytes: &[u8]) -> Result<Self, String> {
-        let mut stored: Self = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
+    /// [`CompositionError`] for a file that is no composition, or one of another version.
+    pub fn read(bytes: &[u8]) -> Result<Self, CompositionError> {
+        let mut stored: Self = serde_json::from_slice(bytes)?;
         stored.composition.mark_listed_stand_ins();
         if stored.format != Self::FORMAT {
-            return Err(format!(
-                "its composition has the format {}, and this program reads {}",
-                stored.format,
-                Self::FORMAT
-            ));
+            return Err(CompositionError::OtherFormat { found: stored.format });
         }
         let Composition { bodies, recognition, yaws, methods, supports, .. } = &stored.composition;
         let objects = recognition.objects.len();
         let is_whole = bodies.len() == objects + 1
             && [yaws.len(), methods.len(), supports.len()].iter().all(|n| *n == objects)
             && stored.hulls.len() == bodies.len();
-        if is_whole { Ok(stored) } else { Err("its lists of objects have different lengths".to_owned()) }
+        if is_whole { Ok(stored) } else { Err(CompositionError::UnequalLists) }
     }
 
     /// The file of a bundle. `composition` has its bodies in the frames of the bundle, where no object is tipped.
