@@ -33,9 +33,27 @@ impl Visitor<'_> for Base64Visitor {
     }
 }
 
-/// The bytes, or what is wrong with the text. Line breaks within base64 are skipped. A media type of an image must be
-/// that of the bytes.
-pub fn decode(text: &str) -> Result<Bytes, String> {
+/// Reason why a text is not the file of an image.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DataUriError {
+    #[error("is a data URI without data; write `data:image/png;base64,` before the base64")]
+    NoData,
+    #[error("is a data URI without `;base64`; encode the file's bytes as base64")]
+    NotDeclaredBase64,
+    #[error("is no base64; encode the file's bytes with padding")]
+    NotBase64,
+    #[error(
+        "declares {declared:?}, but its bytes are {actual}; correct the media type, or send the base64 alone"
+    )]
+    OtherMediaType { declared: String, actual: &'static str },
+}
+
+/// The bytes of a text. Line breaks within base64 are skipped. A media type of an image must be that of the bytes.
+///
+/// # Errors
+///
+/// [`DataUriError`] for a text that is no base64, or whose media type is not that of the bytes.
+pub fn decode(text: &str) -> Result<Bytes, DataUriError> {
     let text = text.trim();
     let is_uri = text.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"));
     let (declared, data) = if is_uri { split_uri(&text[5..])? } else { (String::new(), text) };
@@ -43,27 +61,22 @@ pub fn decode(text: &str) -> Result<Bytes, String> {
         true => data.chars().filter(|c| !c.is_ascii_whitespace()).collect::<String>().into(),
         false => data.into(),
     };
-    let bytes = STANDARD
-        .decode(compact.as_bytes())
-        .map(Bytes::from)
-        .map_err(|_| "is no base64; encode the file's bytes with padding".to_owned())?;
+    let bytes = STANDARD.decode(compact.as_bytes()).map(Bytes::from).map_err(|_| DataUriError::NotBase64)?;
     match media_type_of(&bytes) {
-        Some(actual) if contradicts(&declared, actual) => Err(format!(
-            "declares {declared:?}, but its bytes are {actual}; correct the media type, or send the base64 alone"
-        )),
+        Some(actual) if contradicts(&declared, actual) => {
+            Err(DataUriError::OtherMediaType { declared, actual })
+        }
         _ => Ok(bytes),
     }
 }
 
 /// The media type in lower case and the base64 text of a data URI without its scheme.
-fn split_uri(rest: &str) -> Result<(String, &str), String> {
-    let (head, data) = rest
-        .split_once(',')
-        .ok_or("is a data URI without data; write `data:image/png;base64,` before the base64")?;
+fn split_uri(rest: &str) -> Result<(String, &str), DataUriError> {
+    let (head, data) = rest.split_once(',').ok_or(DataUriError::NoData)?;
     let mut parameters = head.split(';').map(str::trim);
     let media_type: String = parameters.next().unwrap_or_default().chars().take(80).collect();
     if !parameters.any(|parameter| parameter.eq_ignore_ascii_case("base64")) {
-        return Err("is a data URI without `;base64`; encode the file's bytes as base64".to_owned());
+        return Err(DataUriError::NotDeclaredBase64);
     }
     Ok((media_type.to_ascii_lowercase(), data))
 }
@@ -113,7 +126,7 @@ mod tests {
                 "declares \"text/html\", but its bytes are image/png",
             ),
         ] {
-            let message = decode(&refused).expect_err("is refused");
+            let message = decode(&refused).expect_err("is refused").to_string();
             assert!(message.contains(detail), "{message}");
         }
         // What is no accepted image is refused by its bytes, whatever it declares.

@@ -185,7 +185,7 @@ async fn fetch(api: &TenantApi, url: String, memory: &mut Reservation) -> Result
     let _permit = api.fetches.clone().try_acquire_owned().map_err(|_| overloaded())?;
     memory.grow_to(memory.bytes() + api.settings.max_image_bytes)?;
     let fetched = api.fetcher.fetch(url, api.settings.max_image_bytes).await;
-    fetched.map_err(|detail| wrong_image("/image/url", &detail))
+    fetched.map_err(|error| wrong_image("/image/url", &error.to_string()))
 }
 
 fn wrong_image(pointer: &str, detail: &str) -> Problem {

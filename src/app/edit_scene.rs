@@ -108,6 +108,6 @@ fn read_text(text: &str, max_chars: usize) -> (Result<Vec<EditOperation>, FieldE
             let operations = instruction::read(&text);
             (operations.map_err(|error| FieldError::new("/text", error.to_string())), Some(text))
         }
-        Err(detail) => (Err(FieldError::new("/text", detail)), None),
+        Err(detail) => (Err(FieldError::new("/text", detail.to_string())), None),
     }
 }

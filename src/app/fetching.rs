@@ -8,6 +8,28 @@ use bytes::Bytes;
 
 use http_client::{AddressError, AddressPolicy, HttpClient, HttpRequest, SendError};
 
+/// Reason why an image could not be fetched; the client reads it.
+#[derive(Debug, thiserror::Error)]
+pub enum FetchError {
+    #[error("this server cannot fetch images; send the bytes as `base64`")]
+    NoClient,
+    #[error("cannot be fetched: {0}{advice}", advice = advice(.0))]
+    Unreachable(#[source] SendError),
+    #[error("did not come within {timeout_secs} s")]
+    TooSlow { timeout_secs: u64 },
+    #[error("was answered with status {status} in place of an image")]
+    OtherStatus { status: u16 },
+}
+
+fn advice(error: &SendError) -> &'static str {
+    match error {
+        SendError::Address(AddressError::NotHttps(_)) => {
+            "; use https, or let the operator name the host in server.fetch_hosts"
+        }
+        _ => "",
+    }
+}
+
 /// Fetches images from addresses that clients give.
 pub struct ImageFetcher {
     policy: AddressPolicy,
@@ -27,25 +49,20 @@ impl ImageFetcher {
     ///
     /// # Errors
     ///
-    /// For the client to read.
-    pub async fn fetch(&self, url: String, max_bytes: usize) -> Result<Bytes, String> {
+    /// [`FetchError`] if the address does not answer with an image in time.
+    pub async fn fetch(&self, url: String, max_bytes: usize) -> Result<Bytes, FetchError> {
         let client = || HttpClient::new(self.policy.clone(), self.timeout).ok();
         let Some(client) = self.client.get_or_init(client) else {
-            return Err("this server cannot fetch images; send the bytes as `base64`".to_owned());
+            return Err(FetchError::NoClient);
         };
         let outgoing = HttpRequest::get(url);
-        let reply = match tokio::time::timeout(self.timeout, client.send(&outgoing, max_bytes)).await {
-            Ok(Ok(reply)) => reply,
-            Ok(Err(error @ SendError::Address(AddressError::NotHttps(_)))) => {
-                let advice = "use https, or let the operator name the host in server.fetch_hosts";
-                return Err(format!("cannot be fetched: {error}; {advice}"));
-            }
-            Ok(Err(error)) => return Err(format!("cannot be fetched: {error}")),
-            Err(_) => return Err(format!("did not come within {} s", self.timeout.as_secs())),
-        };
+        let reply = tokio::time::timeout(self.timeout, client.send(&outgoing, max_bytes))
+            .await
+            .map_err(|_| FetchError::TooSlow { timeout_secs: self.timeout.as_secs() })?
+            .map_err(FetchError::Unreachable)?;
         match reply.status {
             200 => Ok(reply.body),
-            status => Err(format!("was answered with status {status} in place of an image")),
+            status => Err(FetchError::OtherStatus { status }),
         }
     }
 }

@@ -264,11 +264,11 @@ impl<'a, V: Fn(&str) -> Option<String>> Endpoints<'a, V> {
             return Err(wrong("base_url", detail));
         }
         let key = key(&vendor.settings.key_variable, &self.variable)
-            .map_err(|error| wrong("key_variable", error))?;
+            .map_err(|error| wrong("key_variable", error.to_string()))?;
         let auth = match vendor.secret_id_variable {
             None => Auth::Bearer,
             Some(variable) => signing(&vendor.settings.base_url, variable, key.is_some(), &self.variable)
-                .map_err(|error| wrong("id_variable", error))?,
+                .map_err(|error| wrong("id_variable", error.to_string()))?,
         };
         let client = match &self.client {
             Some(made) => made.clone(),
@@ -329,16 +329,32 @@ fn http_client(resolved: &Resolved, policy: AddressPolicy) -> Result<HttpClient,
     }
 }
 
+/// Reason why the key of an endpoint cannot be used. `name` is that of its variable.
+#[derive(Debug, thiserror::Error)]
+enum KeyError {
+    #[error("{name} and {name}_FILE are both set; unset one")]
+    BothSet { name: String },
+    #[error("{name} is empty")]
+    Empty { name: String },
+    #[error("{name}_FILE names {path}, which cannot be read: {source}")]
+    Unreadable { name: String, path: String, source: std::io::Error },
+    #[error("{name}_FILE names {path}, which is empty")]
+    EmptyFile { name: String, path: String },
+    /// The variable of the id that goes with a key.
+    #[error("{name} is not set, and the key is of no use without it")]
+    NoId { name: String },
+}
+
 /// Signature of requests to a service that wants one. Without a key nothing is signed, and the service says so.
 fn signing(
     base_url: &str,
     variable_name: &str,
     has_key: bool,
     variable: impl Fn(&str) -> Option<String>,
-) -> Result<Auth, String> {
+) -> Result<Auth, KeyError> {
     let secret_id = key(variable_name, variable)?.map(Secret::into_id);
     if secret_id.is_none() && has_key {
-        return Err(format!("{variable_name} is not set, and the key is of no use without it"));
+        return Err(KeyError::NoId { name: variable_name.to_owned() });
     }
     let host = base_url.split("://").nth(1).unwrap_or_default();
     let service = host.split(['.', ':', '/']).next().unwrap_or_default().to_owned();
@@ -346,19 +362,19 @@ fn signing(
 }
 
 /// The key in a variable, or in the file that the variable with `_FILE` names; none where neither is set.
-fn key(name: &str, variable: impl Fn(&str) -> Option<String>) -> Result<Option<Secret>, String> {
+fn key(name: &str, variable: impl Fn(&str) -> Option<String>) -> Result<Option<Secret>, KeyError> {
     if name.is_empty() {
         return Ok(None);
     }
-    let file = format!("{name}_FILE");
-    match (variable(name), variable(&file)) {
-        (Some(_), Some(_)) => Err(format!("{name} and {file} are both set; unset one")),
-        (Some(text), None) => Secret::new(&text).map(Some).ok_or_else(|| format!("{name} is empty")),
-        (None, Some(path)) => {
-            let text = std::fs::read_to_string(&path)
-                .map_err(|error| format!("{file} names {path}, which cannot be read: {error}"))?;
-            Secret::new(&text).map(Some).ok_or_else(|| format!("{file} names {path}, which is empty"))
-        }
+    let (text, file) = (variable(name), variable(&format!("{name}_FILE")));
+    let name = name.to_owned();
+    match (text, file) {
+        (Some(_), Some(_)) => Err(KeyError::BothSet { name }),
+        (Some(text), None) => Secret::new(&text).map(Some).ok_or(KeyError::Empty { name }),
+        (None, Some(path)) => match std::fs::read_to_string(&path) {
+            Ok(text) => Secret::new(&text).map(Some).ok_or(KeyError::EmptyFile { name, path }),
+            Err(source) => Err(KeyError::Unreadable { name, path, source }),
+        },
         (None, None) => Ok(None),
     }
 }
@@ -440,9 +456,10 @@ mod tests {
         let read = |set: &[(&str, String)]| {
             key("K", |name| set.iter().find(|(known, _)| *known == name).map(|(_, value)| value.clone()))
         };
-        assert_eq!(read(&[("K", "sk-1".into())]), Ok(Secret::new("sk-1")));
-        assert_eq!(read(&[("K_FILE", path.clone())]), Ok(Secret::new("sk-file")));
-        assert!(read(&[("K", "sk-1".into()), ("K_FILE", path)]).is_err());
-        assert_eq!(read(&[]), Ok(None));
+        assert_eq!(read(&[("K", "sk-1".into())]).expect("is usable"), Secret::new("sk-1"));
+        assert_eq!(read(&[("K_FILE", path.clone())]).expect("is usable"), Secret::new("sk-file"));
+        let both = read(&[("K", "sk-1".into()), ("K_FILE", path)]).expect_err("is refused");
+        assert_eq!(both.to_string(), "K and K_FILE are both set; unset one");
+        assert_eq!(read(&[]).expect("needs none"), None);
     }
 }

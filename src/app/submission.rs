@@ -102,7 +102,7 @@ impl App {
         match &given {
             Some(given) => match check_text(given, server.max_text_chars) {
                 Ok(checked) => text = Some(checked),
-                Err(detail) => errors.push(FieldError::new("/text", detail)),
+                Err(detail) => errors.push(FieldError::new("/text", detail.to_string())),
             },
             None if image.is_none() => {
                 errors.push(FieldError::new("", "give `text`, `image`, or both; there is none"));
@@ -166,21 +166,32 @@ pub(super) fn draw_seed() -> u64 {
     ((random ^ (random >> 64)) as u64) & MAX_SEED
 }
 
+/// Reason why a text of a request will not do, as the detail of a [`FieldError`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TextError {
+    #[error("is empty; describe a table and what lies on it")]
+    Empty,
+    #[error("has {chars} characters; say it in at most {max_chars}")]
+    TooLong { chars: usize, max_chars: usize },
+    #[error("contains control characters; remove them")]
+    ControlCharacters,
+}
+
 /// A text of a request without surrounding white space.
 ///
 /// # Errors
 ///
-/// What is wrong with it, as the detail of a [`FieldError`].
-pub fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
-    let length = text.chars().count();
+/// [`TextError`] for a text without letters and digits, a long one, and one with control characters.
+pub fn check_text(text: &str, max_chars: usize) -> Result<String, TextError> {
+    let chars = text.chars().count();
     let text = text.trim();
     if !text.contains(char::is_alphanumeric) {
         // Marks and emoji alone ask for no more than an empty text.
-        Err("is empty; describe a table and what lies on it".into())
-    } else if length > max_chars {
-        Err(format!("has {length} characters; say it in at most {max_chars}"))
+        Err(TextError::Empty)
+    } else if chars > max_chars {
+        Err(TextError::TooLong { chars, max_chars })
     } else if text.chars().any(|c| c.is_control() && !matches!(c, '\n' | '\r' | '\t')) {
-        Err("contains control characters; remove them".into())
+        Err(TextError::ControlCharacters)
     } else {
         Ok(text.to_owned())
     }
@@ -188,12 +199,12 @@ pub fn check_text(text: &str, max_chars: usize) -> Result<String, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::check_text;
+    use super::{TextError, check_text};
 
     #[test]
     fn a_text_without_a_letter_or_a_digit_is_empty() {
         for text in ["", " \n", "!!!", "...", "🙂"] {
-            assert!(check_text(text, 100).is_err_and(|why| why.starts_with("is empty")), "{text:?}");
+            assert_eq!(check_text(text, 100), Err(TextError::Empty), "{text:?}");
         }
         assert_eq!(check_text(" 3 mugs!\n", 100), Ok("3 mugs!".to_owned()));
     }

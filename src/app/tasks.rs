@@ -94,7 +94,9 @@ impl TasksRequest {
             return wrong("seed", format!("must be at most {MAX_SEED}"));
         }
         match &self.text {
-            Some(text) => check_text(text, max_text_chars).map_or_else(|why| wrong("text", why), |_| Ok(())),
+            Some(text) => {
+                check_text(text, max_text_chars).map_or_else(|why| wrong("text", why.to_string()), |_| Ok(()))
+            }
             None => Ok(()),
         }
     }

@@ -1,6 +1,7 @@
 //! The body of `POST /datasets`.
 
 use std::collections::BTreeMap;
+use std::str::FromStr;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -114,7 +115,7 @@ impl DatasetBody {
             (None, _, Some(label)) => DatasetSource::Label { key: label.key, value: label.value },
         };
         let plan = plan(self.splits, self.seed).unwrap_or_else(|detail| {
-            wrong("/splits", detail);
+            wrong("/splits", detail.to_string());
             SplitPlan { ratios: Vec::new(), seed: 0 }
         });
         if self.seed > MAX_SEED {
@@ -149,7 +150,7 @@ impl DatasetBody {
 }
 
 /// The plan in the text form that the command line has, which is checked there.
-fn plan(splits: Option<Map<String, Value>>, seed: u64) -> Result<SplitPlan, String> {
+fn plan(splits: Option<Map<String, Value>>, seed: u64) -> Result<SplitPlan, <SplitPlan as FromStr>::Err> {
     let text = match splits {
         None => USUAL_SPLITS.to_owned(),
         Some(splits) => {

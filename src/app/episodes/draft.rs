@@ -107,9 +107,11 @@ impl EpisodesDraft {
     /// A [`Problem`] with every text that will not do.
     pub fn check_texts(&self, max_chars: usize) -> Result<(), Problem> {
         let texts = self.tasks().into_iter().filter_map(|(pointer, task)| Some((pointer, task.as_str()?)));
-        let errors: Vec<FieldError> = texts
-            .filter_map(|(pointer, text)| Some(FieldError::new(pointer, check_text(text, max_chars).err()?)))
-            .collect();
+        let wrong = |(pointer, text)| {
+            let error = check_text(text, max_chars).err()?;
+            Some(FieldError::new(pointer, error.to_string()))
+        };
+        let errors: Vec<FieldError> = texts.filter_map(wrong).collect();
         if errors.is_empty() { Ok(()) } else { Err(Problem::invalid(errors)) }
     }
 }

@@ -1,7 +1,7 @@
 //! An episode of a dataset made again from its record, and whether it is the same to the byte.
 
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::distractors::distractors;
 use super::order::{FormatError, makeable_format};
@@ -35,21 +35,40 @@ pub struct Regenerated {
     pub is_same: bool,
 }
 
+/// Reason why an episode is not read from its records.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordsError {
+    #[error("has {episodes} episodes, numbered from 0")]
+    NoEpisode { episodes: usize },
+    #[error("is damaged at episode {episode_index}: {source}")]
+    Damaged { episode_index: u64, source: serde_json::Error },
+    #[error("has records of the form {found}; this program repeats {}", record::FORMAT)]
+    OtherFormat { found: Value },
+}
+
+/// An attempt that ended without a motion, so that there is no episode.
+#[derive(Debug, thiserror::Error)]
+#[error("this time the attempt ended with {reason}: {detail}")]
+pub struct NoMotion {
+    reason: String,
+    detail: String,
+}
+
 /// Finds the episode of an index in the text of a `records.jsonl`.
 ///
 /// # Errors
 ///
-/// For people: no such episode, or a line of another version.
-pub fn recorded_episode(records: &str, episode_index: u64) -> Result<RecordedEpisode, String> {
+/// [`RecordsError`] if there is no such episode, and for a line of another version.
+pub fn recorded_episode(records: &str, episode_index: u64) -> Result<RecordedEpisode, RecordsError> {
     let line = records.lines().nth(usize::try_from(episode_index).unwrap_or(usize::MAX));
-    let line = line.ok_or_else(|| format!("has {} episodes, numbered from 0", records.lines().count()))?;
-    let format = serde_json::from_str::<serde_json::Value>(line)
-        .map_err(|error| format!("is damaged at episode {episode_index}: {error}"))?;
-    if format["record"]["format"] != json!(record::FORMAT) {
-        let found = &format["record"]["format"];
-        return Err(format!("has records of the form {found}; this program repeats {}", record::FORMAT));
+    let line = line.ok_or_else(|| RecordsError::NoEpisode { episodes: records.lines().count() })?;
+    let damaged = |source| RecordsError::Damaged { episode_index, source };
+    let document: Value = serde_json::from_str(line).map_err(damaged)?;
+    let found = &document["record"]["format"];
+    if *found != json!(record::FORMAT) {
+        return Err(RecordsError::OtherFormat { found: found.clone() });
     }
-    serde_json::from_str(line).map_err(|error| format!("is damaged at episode {episode_index}: {error}"))
+    serde_json::from_str(line).map_err(damaged)
 }
 
 /// The setup in which an episode was recorded, with its task alone.
@@ -100,11 +119,11 @@ pub fn setup_of(archive: &[u8], episode: &RecordedEpisode, resolved: &Resolved) 
 pub fn regenerate(
     setup: &Setup,
     episode: &RecordedEpisode,
-) -> Result<Result<Regenerated, String>, EpisodeError> {
+) -> Result<Result<Regenerated, NoMotion>, EpisodeError> {
     let unit = match attempt(setup, episode.number, !episode.success)? {
         Attempted::Succeeded(unit) | Attempted::Failed { unit: Some(unit), .. } => unit,
         Attempted::Failed { reason, detail, unit: None } => {
-            return Ok(Err(format!("this time the attempt ended with {reason}: {detail}")));
+            return Ok(Err(NoMotion { reason, detail }));
         }
     };
     let is_same = unit.digest() == episode.digest;
