@@ -6,6 +6,7 @@
 # make build   the release binary
 # make train   synthetic images are rendered and the table network is trained on them; hours
 # make advisories  whether a known vulnerability is in Cargo.lock; asks a database on the network
+# make features  whether the program compiles without its optional parts, and with each of them alone
 # make pages   how old the pages of docs/results/ are: what changed since in the code they depend on
 #
 # Needed: a Rust toolchain, a C compiler and make. For `make demo` also Python 3.9 or later; without one the demo does
@@ -21,10 +22,10 @@ export PYTHONDONTWRITEBYTECODE := 1
 # Where Python finds the package of tests and measurements.
 export PYTHONPATH := $(CURDIR)/python
 
-.PHONY: help build lab demo test programs bars train fuzz advisories pages
+.PHONY: help build lab demo test programs bars train fuzz advisories features pages
 
 help:
-	@sed -n 's/^# //p' Makefile | head -9
+	@sed -n 's/^# //p' Makefile | head -10
 
 build:
 	@scripts/prerequisites.sh build
@@ -45,6 +46,11 @@ test:
 
 advisories:
 	@python="$$(scripts/prerequisites.sh)" && "$$python" -m tabletopgen_checks.tools advisories --target-dir "$(TARGET_DIR)"
+
+FEATURES ?= gpu otel postgres s3 video
+features:
+	@for features in "" $(FEATURES); do \
+	    $(CARGO) check --locked --package tabletopgen --no-default-features --features "$$features" || exit 1; done
 
 pages:
 	@python="$$(scripts/prerequisites.sh)" && "$$python" -m tabletopgen_checks.tools pages

@@ -46,7 +46,7 @@ SPEED, SPEED_IMAGES, SPEED_EPISODES = "Images and steps beside other programs", 
 def main() -> bool:
     given = arguments(__doc__, count=20, kills=30, timed=20, train=50, regenerated=20, only="all")
     if given.only == "speed":
-        write_section("episodes", "--only speed", SPEED, speed(given, given.work / "episodes_speed"), DEPENDS_ON)
+        write_section("episodes", SPEED, speed(given, given.work / "episodes_speed"), DEPENDS_ON)
         return True
     folder = given.work / "episodes"
     subprocess.run(["rm", "-rf", folder], check=True)

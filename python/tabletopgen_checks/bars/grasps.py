@@ -39,7 +39,7 @@ def main() -> bool:
     by_robot = {robot: categories(lab_beside(given.binary), robot) for robot in ROBOTS}
     category_bars, category_body = category_summary(by_robot)
     if given.only == "categories":
-        write_section("grasps", "--only categories", HEADING, category_body, DEPENDS_ON)
+        write_section("grasps", HEADING, category_body, DEPENDS_ON)
         return all(holds for *_, holds in category_bars)
     bench, trials, objects = Bench(given), [], 0
     for number, sentence in enumerate(scene_sentences()[: given.scenes]):

@@ -10,12 +10,16 @@ import hashlib
 import os
 import platform
 import re
+import shlex
+import sys
 import time
 from pathlib import Path
 
 from tabletopgen_checks.repository import RESULTS, ROOT, git
 from tabletopgen_checks.result_pages import dependency_line, split
 
+# Options with a folder or a file as their value.
+FOLDERS = ("--target-dir", "--program", "--pictures")
 UNCOMMITTED = " with uncommitted changes"
 # What decides the scenes that the embedded models make of texts, and of images.
 SCENES_OF_TEXTS = (
@@ -58,22 +62,38 @@ def table(columns, rows) -> str:
 def write(bar: str, title: str, body: str, depends_on: tuple):
     """docs/results/BAR.md, with the command and the commit that made it, and the paths that decide its figures."""
     RESULTS.mkdir(parents=True, exist_ok=True)
-    made = f"`make bars BARS={bar}` at commit {measured_commit()} on {time.strftime('%Y-%m-%d', time.gmtime())}, {machine()}."
     path = RESULTS / f"{bar}.md"
-    page = f"# {title}\n\n{made}\n\n{body.rstrip()}\n\n{dependency_line(depends_on)}\n"
+    page = f"# {title}\n\n{made_by(bar)}\n\n{body.rstrip()}\n\n{dependency_line(depends_on)}\n"
     path.write_text(page, encoding="utf-8")
     print(f"{body}\n\nwritten to {path.relative_to(ROOT)}", flush=True)
 
 
-def write_section(bar: str, options: str, heading: str, body: str, depends_on: tuple):
+def write_section(bar: str, heading: str, body: str, depends_on: tuple):
     """The part of docs/results/BAR.md below a heading alone, with the command and the commit that made it."""
     path = RESULTS / f"{bar}.md"
     page = path.read_text(encoding="utf-8") if path.is_file() else f"# {bar.capitalize()}\n"
-    day = time.strftime("%Y-%m-%d", time.gmtime())
-    made = f"`make bars BARS={bar} BARS_OPTIONS=\"{options}\"` at commit {measured_commit()} on {day}, {machine()}."
-    page = with_section(split(page)[0], heading, f"{made}\n\n{body.rstrip()}")
+    page = with_section(split(page)[0], heading, f"{made_by(bar)}\n\n{body.rstrip()}")
     path.write_text(f"{page}\n{dependency_line(depends_on)}\n", encoding="utf-8")
     print(f"{body}\n\nwritten to {path.relative_to(ROOT)}", flush=True)
+
+
+def made_by(bar: str) -> str:
+    """The command, the commit and the machine that a page or a section was made by."""
+    day = time.strftime("%Y-%m-%d", time.gmtime())
+    options = options_given()
+    command = f"make bars BARS={bar}" + (f' BARS_OPTIONS="{options}"' if options else "")
+    return f"`{command}` at commit {measured_commit()} on {day}, {machine()}."
+
+
+def options_given() -> str:
+    """The options of the command line that say what is measured and how much; folders are those of the machine."""
+    kept, words = [], iter(sys.argv[1:])
+    for word in words:
+        if word in FOLDERS:
+            next(words, None)
+        elif word != "--uncommitted":
+            kept.append(word)
+    return shlex.join(kept)
 
 
 def with_section(page: str, heading: str, body: str) -> str:

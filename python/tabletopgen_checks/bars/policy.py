@@ -61,7 +61,7 @@ def main() -> bool:
     starts = recorded(given, scene, folder / f"starts_{given.starts}", STARTS_SEED, given.starts, "usual", "--keep-failures")
     torch, mujoco = python_of(given, "episode-judges", "episodes"), python_of(given, "robot-judges", "robots")
     if given.only == "images":
-        write_section("policy", "--only images", IMAGES, from_images(given, torch, mujoco, scene, execution, starts), DEPENDS_ON)
+        write_section("policy", IMAGES, from_images(given, torch, mujoco, scene, execution, starts), DEPENDS_ON)
         return True
     rows, costs, share = [], [], {}
     for randomize, shown_as in TRAINED.items():

@@ -247,7 +247,7 @@ def main() -> bool:
         write("robot", "Robots at work", "\n\n".join(f"## {heading}\n\n{body}" for heading, body in sections), DEPENDS_ON)
     else:
         for heading, body in sections:
-            write_section("robot", f"--only {given.only}", heading, body, DEPENDS_ON)
+            write_section("robot", heading, body, DEPENDS_ON)
     return all(holds for *_, holds in every)
 
 

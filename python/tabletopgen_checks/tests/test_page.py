@@ -39,6 +39,13 @@ class Commits(unittest.TestCase):
         with mock.patch.object(page, "git", lambda *asked: "def" if asked[0] == "rev-parse" else ""):
             self.assertEqual(page.measured_commit(), "abc with uncommitted changes")
 
+    def test_a_page_names_the_options_that_say_how_much_is_measured(self):
+        words = ["bar", "--target-dir", "/tmp/t", "--only", "one", "--uncommitted", "--count", "20", "--program", "/tmp/p"]
+        with mock.patch.object(sys, "argv", words):
+            self.assertEqual(page.options_given(), "--only one --count 20")
+        with mock.patch.object(sys, "argv", ["bar", "--target-dir", "/tmp/t"]):
+            self.assertEqual(page.options_given(), "")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -82,7 +82,7 @@ class Reading(unittest.TestCase):
             ):
                 page.write("bar", "A bar", "body", PATHS)
                 for heading in ("One", "Two", "One"):
-                    page.write_section("bar", "--only one", heading, "part", PATHS)
+                    page.write_section("bar", heading, "part", PATHS)
             text, paths = split((Path(folder) / "bar.md").read_text(encoding="utf-8"))
         self.assertEqual(paths, list(PATHS))
         self.assertNotIn("Depends on", text)
