@@ -10,9 +10,6 @@ use http_client::cassette::{Cassette, CassetteError};
 use http_client::circuit_breaker::CircuitBreaker;
 use http_client::rate_limit::RateLimiters;
 use http_client::{AddressPolicy, HttpClient, Secret};
-use mesh_io::gltf::read_mesh_glb;
-use mesh_io::obj_archive;
-use mesh_io::obj_archive::read_mesh_obj_archive;
 use ports::{ImageGenerator, MeshGenerator, Port, Ports, SceneAnalyst, Segmenter};
 use remote::ark;
 use remote::ark::ArkImageGenerator;
@@ -23,7 +20,7 @@ use remote::fallback::FallbackChain;
 use remote::hunyuan3d;
 use remote::images;
 use remote::images::OpenAiImageGenerator;
-use remote::mesh::{ReadMesh, VendorMeshGenerator};
+use remote::mesh::VendorMeshGenerator;
 use remote::replicate;
 use remote::settings::{
     AnalystProvider, ArkSettings, EndpointSettings, Hunyuan3dSettings, ImageGeneratorProvider, MeshProvider,
@@ -160,10 +157,6 @@ fn mesh_generator<V: Fn(&str) -> Option<String>>(
     endpoints: &mut Endpoints<'_, V>,
 ) -> Made<dyn MeshGenerator> {
     let port = Port::MeshGenerator;
-    let read_mesh: ReadMesh = Arc::new(|file| match obj_archive::is_archive(file) {
-        true => read_mesh_obj_archive(file).map_err(|error| error.to_string()),
-        false => read_mesh_glb(file).map_err(|error| error.to_string()),
-    });
     Ok(match provider {
         MeshProvider::Embedded => None,
         MeshProvider::Replicate => {
@@ -171,11 +164,11 @@ fn mesh_generator<V: Fn(&str) -> Option<String>>(
             let ReplicateSettings { version, endpoint, .. } = &settings;
             let section = "providers.replicate";
             replicate::wire::prediction(&settings, "", 0)
-                .map_err(|message| wrong(endpoints.resolved, section, "inputs", message))?;
+                .map_err(|error| wrong(endpoints.resolved, section, "inputs", error.to_string()))?;
             let name = replicate::NAME;
             let vendor = Vendor::new(section, port, name, version, endpoint);
             let endpoint = endpoints.made(&vendor)?;
-            Some(Arc::new(VendorMeshGenerator::new(settings, endpoint, read_mesh)))
+            Some(Arc::new(VendorMeshGenerator::new(settings, endpoint)))
         }
         MeshProvider::Hunyuan3d => {
             let settings = settings.hunyuan3d.clone();
@@ -183,7 +176,7 @@ fn mesh_generator<V: Fn(&str) -> Option<String>>(
             let (section, name) = ("providers.hunyuan3d", hunyuan3d::NAME);
             let vendor = Vendor::new(section, port, name, model, endpoint);
             let endpoint = endpoints.made(&vendor)?;
-            Some(Arc::new(VendorMeshGenerator::new(settings, endpoint, read_mesh)))
+            Some(Arc::new(VendorMeshGenerator::new(settings, endpoint)))
         }
         MeshProvider::Tencent => {
             let settings = settings.tencent.clone();
@@ -191,7 +184,7 @@ fn mesh_generator<V: Fn(&str) -> Option<String>>(
             let (section, name) = ("providers.tencent", tencent::NAME);
             let vendor = Vendor::new(section, port, name, model, endpoint);
             let endpoint = endpoints.made(&Vendor { secret_id_variable: Some(id_variable), ..vendor })?;
-            Some(Arc::new(VendorMeshGenerator::new(settings, endpoint, read_mesh)))
+            Some(Arc::new(VendorMeshGenerator::new(settings, endpoint)))
         }
     })
 }

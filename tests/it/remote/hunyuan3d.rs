@@ -15,7 +15,7 @@ use serde_json::json;
 use crate::harness::server::settings;
 use crate::remote::bench::{self, Book, class};
 use crate::remote::hunyuan3d_server::{Hunyuan3dServer, PollFault};
-use crate::remote::predictions::{bottle, file, reader, request};
+use crate::remote::predictions::{bottle, file, request};
 use crate::remote::wire_faults::WireFault;
 
 struct Bench {
@@ -40,7 +40,7 @@ impl Bench {
         let (port, name) = (Port::MeshGenerator, hunyuan3d::NAME);
         let endpoint = bench::endpoint(port, name, &settings.endpoint, "", OnUnknown::Resend);
         let (endpoint, slots) = (Arc::new(endpoint), JobSlots::new(&settings.task));
-        let generator = Hunyuan3dMeshGenerator { settings, endpoint, slots, read_mesh: reader() };
+        let generator = Hunyuan3dMeshGenerator { settings, endpoint, slots };
         let book = Book::with_budget(0);
         Self { server, call: book.call(), book, generator }
     }

@@ -9,11 +9,10 @@ use bytes::Bytes;
 use geometry::{Camera, Material, Rgb, TexturedMesh, shapes};
 use glam::DVec3;
 use imaging::{Image, Mask};
-use mesh_io::gltf::{read_mesh_glb, write_mesh_glb};
+use mesh_io::gltf::write_mesh_glb;
 use ports::ledger::OnUnknown;
 use ports::{Call, Completion, MeshGenerator, Port, ProviderError, RawMesh, ReconstructionRequest};
 use remote::ReplicateSettings;
-use remote::mesh::ReadMesh;
 use remote::replicate;
 use remote::replicate::ReplicateMeshGenerator;
 use remote::vendor_job::JobSlots;
@@ -47,10 +46,6 @@ pub fn bottle() -> TexturedMesh {
 
 pub fn file() -> Bytes {
     write_mesh_glb(&bottle().snap_to_f32()).into()
-}
-
-pub fn reader() -> ReadMesh {
-    Arc::new(|file| read_mesh_glb(file).map_err(|error| error.to_string()))
 }
 
 impl Bench {
@@ -90,7 +85,6 @@ fn generator(settings: &ReplicateSettings, on_unknown: OnUnknown) -> ReplicateMe
         settings: settings.clone(),
         endpoint: Arc::new(endpoint),
         slots: JobSlots::new(&settings.task),
-        read_mesh: reader(),
     }
 }
 

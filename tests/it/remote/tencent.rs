@@ -5,12 +5,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
-use mesh_io::obj_archive::read_mesh_obj_archive;
 use ports::ledger::OnUnknown;
 use ports::{Call, MeshGenerator, Port, ProviderError, RawMesh};
 use remote::TencentSettings;
 use remote::endpoint::Auth;
-use remote::mesh::ReadMesh;
 use remote::tencent;
 use remote::tencent::TencentMeshGenerator;
 use remote::vendor_job::JobSlots;
@@ -18,7 +16,7 @@ use serde_json::json;
 
 use crate::harness::server::settings;
 use crate::remote::bench::{self, Book, class};
-use crate::remote::predictions::{bottle, file, reader, request};
+use crate::remote::predictions::{bottle, file, request};
 use crate::remote::tencent_server::{Fault, SECRET_ID, SECRET_KEY, TencentServer};
 use crate::remote::wire_faults::WireFault;
 
@@ -34,10 +32,10 @@ struct Bench {
 
 impl Bench {
     async fn new() -> Self {
-        Self::with("GLB", file(), reader(), SECRET_KEY).await
+        Self::with("GLB", file(), SECRET_KEY).await
     }
 
-    async fn with(kind: &'static str, file: Bytes, read_mesh: ReadMesh, key: &str) -> Self {
+    async fn with(kind: &'static str, file: Bytes, key: &str) -> Self {
         let server = TencentServer::start(kind, file).await;
         let mut settings: TencentSettings = settings(&[]).config.providers.tencent;
         settings.endpoint.base_url = server.base_url.clone();
@@ -48,7 +46,7 @@ impl Bench {
         let mut endpoint = bench::endpoint(port, name, &settings.endpoint, key, OnUnknown::Resend);
         endpoint.auth = Auth::Tc3 { secret_id: SECRET_ID.into(), service: "127".into() };
         let (endpoint, slots) = (Arc::new(endpoint), JobSlots::new(&settings.task));
-        let generator = TencentMeshGenerator { settings, endpoint, slots, read_mesh };
+        let generator = TencentMeshGenerator { settings, endpoint, slots };
         let book = Book::with_budget(1_000_000_000);
         Self { server, call: book.call(), book, generator }
     }
@@ -75,7 +73,7 @@ async fn signed_requests_become_a_mesh_and_the_key_goes_nowhere() {
 
 #[tokio::test]
 async fn another_key_is_refused() {
-    let bench = Bench::with("GLB", file(), reader(), "another-secret").await;
+    let bench = Bench::with("GLB", file(), "another-secret").await;
     let error = bench.reconstruct().await.unwrap_err();
     assert_eq!(class(&error), "misconfigured provider_denied");
     assert!(error.to_string().contains("SignatureFailure"), "{error}");
@@ -90,8 +88,7 @@ async fn an_archive_of_an_obj_file_is_a_mesh_too() {
     let faces = "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\n";
     zip.write_all(format!("{corners}{faces}").as_bytes()).unwrap();
     let archive = Bytes::from(zip.finish().unwrap().into_inner());
-    let read: ReadMesh = Arc::new(|file| read_mesh_obj_archive(file).map_err(|error| error.to_string()));
-    let bench = Bench::with("OBJ", archive, read, SECRET_KEY).await;
+    let bench = Bench::with("OBJ", archive, SECRET_KEY).await;
     let raw = bench.reconstruct().await.unwrap();
     let size = raw.mesh.size_m();
     assert_eq!(raw.mesh.triangle_count(), 12);

@@ -5,6 +5,7 @@
 
 pub mod wire;
 
+use std::fmt::Display;
 use std::sync::Arc;
 
 use bytes::Bytes;
@@ -14,7 +15,7 @@ use super::Endpoint;
 use super::endpoint::Question;
 use super::failure::{Failure, FailureKind};
 use super::images::inpaint::{InpaintSettings, inpaint};
-use super::images::{decoded, prompts, reference, top_view};
+use super::images::{DrawingRefused, decoded, prompts, reference, top_view};
 use super::settings::ArkSettings;
 use imaging::Image;
 use ports::ledger::MicroUsd;
@@ -42,7 +43,7 @@ impl ArkImageGenerator {
         size: &str,
         prompt: &str,
         images: &[Bytes],
-    ) -> Result<Result<Image, String>, ProviderError> {
+    ) -> Result<Result<Image, DrawingRefused>, ProviderError> {
         let question = Question {
             operation,
             path: "/images/generations",
@@ -53,8 +54,9 @@ impl ArkImageGenerator {
         };
         let file = self.endpoint.ask(call, &question, |reply| wire::read(&self.settings, reply)).await?;
         Ok(decoded(call, file).await?.and_then(|image| {
-            match image.width_px().min(image.height_px()) < reference::MIN_PX {
-                true => Err(format!("{} x {} pixels are too few", image.width_px(), image.height_px())),
+            let (width_px, height_px) = (image.width_px(), image.height_px());
+            match width_px.min(height_px) < reference::MIN_PX {
+                true => Err(DrawingRefused::TooSmall { width_px, height_px }),
                 false => Ok(image),
             }
         }))
@@ -75,10 +77,10 @@ impl ArkImageGenerator {
                         call.compute(Port::ImageGenerator, move |_| Ok(reference::kept(image))).await?;
                     return Ok(GeneratedReference { image, unmet: Vec::new(), ground_truth: None });
                 }
-                Err(refused) => reason = refused,
+                Err(refused) => reason = refused.to_string(),
             }
         }
-        Err(not_taken(&reason))
+        Err(not_taken(reason))
     }
 
     async fn inpaint(&self, call: &Call, request: CompletionRequest) -> Result<Completion, ProviderError> {
@@ -111,13 +113,13 @@ impl ArkImageGenerator {
         let png = top_view::sent(call, request.reference.image.clone()).await?;
         match self.rendered(call, "top_view", &self.settings.size, &prompt, &[png]).await? {
             Ok(image) => Ok(TopViewImage { image, known: None }),
-            Err(reason) => Err(not_taken(&reason)),
+            Err(reason) => Err(not_taken(reason)),
         }
     }
 }
 
 /// The error after the last rejected image.
-fn not_taken(reason: &str) -> ProviderError {
+fn not_taken(reason: impl Display) -> ProviderError {
     let reason = format!("none of its images could be used: {reason}");
     Failure::new(FailureKind::BadAnswer, reason).into_error(Port::ImageGenerator, NAME)
 }

@@ -14,6 +14,7 @@ pub mod reference;
 pub mod inpaint;
 pub mod top_view;
 
+use std::fmt::Display;
 use std::sync::Arc;
 
 use bytes::Bytes;
@@ -22,6 +23,7 @@ use serde_json::json;
 use self::inpaint::{InpaintSettings, inpaint};
 use super::endpoint::Question;
 use super::failure::{Failure, FailureKind};
+use super::image::ImageRefused;
 use super::settings::ImagesSettings;
 use super::{Endpoint, image};
 use imaging::Image;
@@ -33,6 +35,26 @@ use scene::SceneDescription;
 
 /// Name of the adapter.
 pub const NAME: &str = "openai/images";
+
+/// Reason why an image of a model is not used; a repeated request states it.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum DrawingRefused {
+    #[error("its image is not accepted: {0}")]
+    NotAccepted(#[from] ImageRefused),
+    #[error("{width_px} x {height_px} pixels are too few")]
+    TooSmall { width_px: u32, height_px: u32 },
+    #[error("its background is not one plain color")]
+    BackgroundNotPlain,
+    #[error("its background is not transparent")]
+    BackgroundNotTransparent,
+    #[error("nothing is drawn")]
+    Empty,
+    #[error(
+        "it shows another object, or another side: its outline agrees to {:.0} % with what is visible",
+        100.0 * .agreement
+    )]
+    AnotherObject { agreement: f64 },
+}
 
 /// The image generator of an OpenAI-compatible endpoint.
 pub struct OpenAiImageGenerator {
@@ -110,15 +132,16 @@ impl ImageGenerator for OpenAiImageGenerator {
 }
 
 /// Decodes a file of the vendor, on the pool.
-pub(super) async fn decoded(call: &Call, file: Vec<u8>) -> Result<Result<Image, String>, ProviderError> {
-    call.compute(Port::ImageGenerator, move |_| {
-        Ok(image::received(&file).map_err(|error| format!("its image is not accepted: {error}")))
-    })
-    .await
+pub(super) async fn decoded(
+    call: &Call,
+    file: Vec<u8>,
+) -> Result<Result<Image, DrawingRefused>, ProviderError> {
+    call.compute(Port::ImageGenerator, move |_| Ok(image::received(&file).map_err(DrawingRefused::from)))
+        .await
 }
 
 /// The error after the last rejected image.
-fn not_taken(adapter: &'static str, reason: &str, drawings: u32) -> ProviderError {
+fn not_taken(adapter: &'static str, reason: impl Display, drawings: u32) -> ProviderError {
     let reason = format!("none of {drawings} drawings could be used: {reason}");
     Failure::new(FailureKind::BadAnswer, reason).into_error(Port::ImageGenerator, adapter)
 }

@@ -15,6 +15,8 @@ use super::{Endpoint, image};
 use geometry::TexturedMesh;
 use geometry::decimate::decimated;
 use imaging::Image;
+use mesh_io::gltf::{GltfError, read_mesh_glb};
+use mesh_io::obj_archive::{ObjArchiveError, is_archive, read_mesh_obj_archive};
 use ports::{
     Adapter, Answer, Call, Completion, MeshGenerator, Port, ProviderError, RawMesh, RawTable,
     ReconstructionRequest,
@@ -30,9 +32,20 @@ const MAX_DEVIATION: f64 = 0.01;
 /// Minimum extent of a mesh, as a share of its largest; a flatter mesh is a textured plane.
 const MIN_EXTENT: f64 = 1e-4;
 
-/// Reads a file of a vendor (GLB, or a ZIP archive of an OBJ file) as one mesh, z up. Malformed files give an error,
-/// never a panic.
-pub type ReadMesh = Arc<dyn Fn(&[u8]) -> Result<TexturedMesh, String> + Send + Sync>;
+/// Reason why the file of a vendor is not used as a mesh.
+#[derive(Debug, thiserror::Error)]
+enum MeshRefused {
+    #[error(transparent)]
+    Glb(#[from] GltfError),
+    #[error(transparent)]
+    Archive(#[from] ObjArchiveError),
+    #[error("the mesh has no triangle")]
+    Empty,
+    #[error("the mesh is flat: {:.3e} x {:.3e} x {:.3e}", .size.x, .size.y, .size.z)]
+    Flat { size: DVec3 },
+    #[error("the mesh has {triangles} triangles and cannot be reduced to {max_triangles}")]
+    TooFine { triangles: usize, max_triangles: usize },
+}
 
 /// The requests of a vendor for meshes; its settings implement it.
 pub trait MeshVendor: Protocol + Send + Sync {
@@ -54,14 +67,13 @@ pub struct VendorMeshGenerator<V> {
     pub settings: V,
     pub endpoint: Arc<Endpoint>,
     pub slots: JobSlots,
-    pub read_mesh: ReadMesh,
 }
 
 impl<V: MeshVendor> VendorMeshGenerator<V> {
     /// A generator with as many concurrent jobs as the settings allow.
-    pub fn new(settings: V, endpoint: Arc<Endpoint>, read_mesh: ReadMesh) -> Self {
+    pub fn new(settings: V, endpoint: Arc<Endpoint>) -> Self {
         let slots = JobSlots::new(settings.task());
-        Self { settings, endpoint, slots, read_mesh }
+        Self { settings, endpoint, slots }
     }
 
     async fn made(&self, call: &Call, request: ReconstructionRequest) -> Result<RawMesh, ProviderError> {
@@ -76,8 +88,7 @@ impl<V: MeshVendor> VendorMeshGenerator<V> {
             settings: self.settings.task(),
             question: &question,
         };
-        let taken = |file| taken(call, file, self.read_mesh.clone(), settings);
-        let mesh = long.ask(call, taken).await?;
+        let mesh = long.ask(call, |file| taken(call, file, settings)).await?;
         let Endpoint { provider, model, .. } = self.endpoint.as_ref();
         let mut notes = vec![format!("made by {model} from one image")];
         if hidden > 0.0 {
@@ -148,12 +159,19 @@ fn squared(image: &Image, side_px: u32) -> Image {
 async fn taken(
     call: &Call,
     file: Bytes,
-    read: ReadMesh,
     settings: &MeshSettings,
-) -> Result<Result<TexturedMesh, String>, ProviderError> {
+) -> Result<Result<TexturedMesh, MeshRefused>, ProviderError> {
     let max_triangles = settings.max_triangles;
-    call.compute(Port::MeshGenerator, move |_| Ok(read(&file).and_then(|mesh| sound(mesh, max_triangles))))
-        .await
+    let mesh = move || sound(read(&file)?, max_triangles);
+    call.compute(Port::MeshGenerator, move |_| Ok(mesh())).await
+}
+
+/// A GLB file, or a ZIP archive of an OBJ file, as one mesh, z up.
+fn read(file: &[u8]) -> Result<TexturedMesh, MeshRefused> {
+    Ok(match is_archive(file) {
+        true => read_mesh_obj_archive(file)?,
+        false => read_mesh_glb(file)?,
+    })
 }
 
 /// The error of a vendor for a table: tables are catalog models, not reconstructions.
@@ -165,14 +183,14 @@ fn makes_no_tables(adapter: String) -> ProviderError {
     }
 }
 
-fn sound(mesh: TexturedMesh, max_triangles: usize) -> Result<TexturedMesh, String> {
+fn sound(mesh: TexturedMesh, max_triangles: usize) -> Result<TexturedMesh, MeshRefused> {
     if mesh.triangle_count() == 0 {
-        return Err("the mesh has no triangle".into());
+        return Err(MeshRefused::Empty);
     }
     let size = mesh.size_m();
     let longest = size.max_element();
     if !(longest.is_finite() && longest > 0.0 && size.min_element() >= MIN_EXTENT * longest) {
-        return Err(format!("the mesh is flat: {:.3e} x {:.3e} x {:.3e}", size.x, size.y, size.z));
+        return Err(MeshRefused::Flat { size });
     }
     let (low, high) = mesh.bounds();
     let mesh = mesh.translated(-0.5 * (low + high)).scaled(DVec3::splat(1.0 / longest));
@@ -180,11 +198,9 @@ fn sound(mesh: TexturedMesh, max_triangles: usize) -> Result<TexturedMesh, Strin
         true => decimated(&mesh, max_triangles, MAX_DEVIATION),
         false => mesh,
     };
-    if mesh.triangle_count() > 2 * max_triangles {
-        return Err(format!(
-            "the mesh has {} triangles and cannot be reduced to {max_triangles}",
-            mesh.triangle_count()
-        ));
+    let triangles = mesh.triangle_count();
+    if triangles > 2 * max_triangles {
+        return Err(MeshRefused::TooFine { triangles, max_triangles });
     }
     Ok(mesh.snap_to_f32())
 }
@@ -215,7 +231,7 @@ mod tests {
     fn sound_rejects_empty_flat_and_infinite_meshes() {
         assert!(sound(TexturedMesh::default(), 100).is_err());
         let flat = ball(16).scaled(DVec3::new(1.0, 1.0, 1e-6));
-        assert!(sound(flat, 10_000).expect_err("is flat").contains("flat"));
+        assert!(matches!(sound(flat, 10_000), Err(MeshRefused::Flat { .. })));
         let mut broken = ball(16);
         broken.positions[3].x = f64::INFINITY;
         assert!(sound(broken, 10_000).is_err());

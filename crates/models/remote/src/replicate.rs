@@ -34,10 +34,10 @@ impl MeshVendor for ReplicateSettings {
     }
 
     fn question(&self, png: &[u8], seed: u64) -> Result<Question, ProviderError> {
-        let invalid = |reason| ProviderError::Misconfigured {
+        let invalid = |error: wire::InputsError| ProviderError::Misconfigured {
             port: Port::MeshGenerator,
             code: "provider_inputs_invalid",
-            reason,
+            reason: error.to_string(),
         };
         let body = wire::prediction(self, &data_url(png), seed).map_err(invalid)?;
         Ok(Question {

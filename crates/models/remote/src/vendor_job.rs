@@ -5,6 +5,7 @@
 //! vendors delete it soon. The same question in the same job continues from there. Status queries and downloads are
 //! free; only the submission is billed.
 
+use std::fmt::Display;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -114,10 +115,11 @@ impl<P: Protocol> LongQuestion<'_, P> {
     /// # Errors
     ///
     /// A failed, lost or late job, a file that `accept` rejects repeatedly, and every failure of a call.
-    pub async fn ask<T, A, F>(&self, call: &Call, accept: A) -> Result<T, ProviderError>
+    pub async fn ask<T, E, A, F>(&self, call: &Call, accept: A) -> Result<T, ProviderError>
     where
+        E: Display,
         A: Fn(Bytes) -> F,
-        F: Future<Output = Result<Result<T, String>, ProviderError>>,
+        F: Future<Output = Result<Result<T, E>, ProviderError>>,
     {
         // The semaphore is never closed.
         let _slot = unless_cancelled(&call.cancel, self.slots.0.acquire()).await?.ok();
@@ -158,10 +160,11 @@ impl<P: Protocol> LongQuestion<'_, P> {
         Ok(kept.unwrap_or(Task { entry_id: 0, id, file: None }))
     }
 
-    async fn obtain<T, A, F>(&self, call: &Call, task: &Task, accept: A) -> Result<T, Stopped>
+    async fn obtain<T, E, A, F>(&self, call: &Call, task: &Task, accept: A) -> Result<T, Stopped>
     where
+        E: Display,
         A: Fn(Bytes) -> F,
-        F: Future<Output = Result<Result<T, String>, ProviderError>>,
+        F: Future<Output = Result<Result<T, E>, ProviderError>>,
     {
         let deadline = Instant::now() + Duration::from_secs(self.settings.task_timeout_secs);
         let mut refused = String::new();
@@ -174,7 +177,7 @@ impl<P: Protocol> LongQuestion<'_, P> {
                     }
                     return Ok(answer);
                 }
-                Err(why) => refused = why,
+                Err(why) => refused = why.to_string(),
             }
             self.pause(call).await?;
         }

@@ -12,8 +12,8 @@ use bytes::Bytes;
 use glam::DVec2;
 
 use super::super::image;
-use super::not_taken;
 use super::prompts::prompts;
+use super::{DrawingRefused, not_taken};
 use imaging::{Image, Mask};
 use ports::{Call, Completion, CompletionRequest, Port, ProviderError};
 use vision::chroma_key::{KeyColor, composite_over, pick_key_color, remove_background};
@@ -51,7 +51,7 @@ pub(crate) async fn inpaint<F>(
     draw: impl Fn(String, [Bytes; 2]) -> F,
 ) -> Result<Completion, ProviderError>
 where
-    F: Future<Output = Result<Result<Image, String>, ProviderError>>,
+    F: Future<Output = Result<Result<Image, DrawingRefused>, ProviderError>>,
 {
     let CompletionRequest { reference, object, visible, others, .. } = request;
     let (shown, shown_others) = (visible.clone(), others.clone());
@@ -80,12 +80,10 @@ where
             Ok(drawing) => {
                 call.compute(Port::ImageGenerator, move |_| {
                     let drawing = match backdrop {
-                        Some(_) => remove_background(&drawing).ok_or("its background is not one plain color"),
+                        Some(_) => remove_background(&drawing).ok_or(DrawingRefused::BackgroundNotPlain),
                         None => Ok(drawing),
                     };
-                    Ok(drawing
-                        .map_err(str::to_owned)
-                        .and_then(|drawing| completion(drawing, square, &visible, &others, lowest)))
+                    Ok(drawing.and_then(|drawing| completion(drawing, square, &visible, &others, lowest)))
                 })
                 .await?
             }
@@ -94,12 +92,12 @@ where
         match taken {
             Ok(completion) => return Ok(completion),
             Err(why) => {
-                tracing::debug!(object = %object.id, why, "a drawing was not taken");
-                reason = why;
+                tracing::debug!(object = %object.id, %why, "a drawing was not taken");
+                reason = why.to_string();
             }
         }
     }
-    Err(not_taken(how.adapter, &format!("{}: {reason}", object.id), how.redraws + 1))
+    Err(not_taken(how.adapter, format!("{}: {reason}", object.id), how.redraws + 1))
 }
 
 fn size_of(image: &Image) -> (u32, u32) {
@@ -189,21 +187,18 @@ fn completion(
     visible: &Mask,
     others: &Mask,
     min_agreement: f64,
-) -> Result<Completion, String> {
+) -> Result<Completion, DrawingRefused> {
     let (width_px, height_px) = size_of(&drawing);
     let solid = |x, y| drawing.pixel(x, y)[3] >= SOLID;
     let drawn = Mask::from_fn(width_px, height_px, solid);
     let whole = f64::from(width_px) * f64::from(height_px);
     if whole - (drawn.area_px() as f64) < MIN_TRANSPARENT * whole {
-        return Err("its background is not transparent".into());
+        return Err(DrawingRefused::BackgroundNotTransparent);
     }
     let found = register(&drawn, visible, others, square.framed(width_px));
-    let (place, agreement) = found.ok_or("nothing is drawn")?;
+    let (place, agreement) = found.ok_or(DrawingRefused::Empty)?;
     if agreement < min_agreement {
-        return Err(format!(
-            "it shows another object, or another side: its outline agrees to {:.0} % with what is visible",
-            100.0 * agreement
-        ));
+        return Err(DrawingRefused::AnotherObject { agreement });
     }
     // Visible pixels are certain; hidden ones follow the result.
     let silhouette = Mask::from_fn(visible.width_px(), visible.height_px(), |x, y| {
@@ -213,7 +208,7 @@ fn completion(
     });
     let area = silhouette.area_px();
     let completed_share = (area - visible.area_px()) as f64 / area.max(1) as f64;
-    let [x0, y0, x1, y1] = drawn.bbox_px().ok_or("nothing is drawn")?;
+    let [x0, y0, x1, y1] = drawn.bbox_px().ok_or(DrawingRefused::Empty)?;
     let margin = ((x1 - x0).max(y1 - y0) as f64 * 0.05).ceil() as u32;
     let (x0, y0) = (x0.saturating_sub(margin), y0.saturating_sub(margin));
     let (x1, y1) = ((x1 + margin).min(width_px), (y1 + margin).min(height_px));
@@ -273,9 +268,9 @@ mod tests {
         let tried = |inside: fn(f64, f64) -> bool| {
             completion(drawing(inside), square, &visible, &others, 0.7).expect_err("is not the disk")
         };
-        assert!(tried(|x, _| x.abs() < 6.0).contains("another object"));
-        assert!(tried(|_, _| true).contains("background"));
-        assert!(tried(|_, _| false).contains("nothing is drawn"));
+        assert!(matches!(tried(|x, _| x.abs() < 6.0), DrawingRefused::AnotherObject { .. }));
+        assert!(matches!(tried(|_, _| true), DrawingRefused::BackgroundNotTransparent));
+        assert!(matches!(tried(|_, _| false), DrawingRefused::Empty));
     }
 
     #[test]

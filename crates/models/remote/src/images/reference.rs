@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::super::endpoint::Question;
 use super::prompts::prompts;
-use super::{NAME, OpenAiImageGenerator, decoded, not_taken, wire};
+use super::{DrawingRefused, NAME, OpenAiImageGenerator, decoded, not_taken, wire};
 use imaging::Image;
 use ports::{Call, Port, ProviderError};
 use render::annotate::fitted;
@@ -48,13 +48,14 @@ pub(super) async fn render(
         let file = image_generator.endpoint.ask(call, &question, |reply| wire::read(settings, reply)).await?;
         match decoded(call, file).await? {
             Ok(image) if image.width_px().min(image.height_px()) < MIN_PX => {
-                reason = format!("{} x {} pixels are too few", image.width_px(), image.height_px());
+                let (width_px, height_px) = (image.width_px(), image.height_px());
+                reason = DrawingRefused::TooSmall { width_px, height_px }.to_string();
             }
             Ok(image) => return call.compute(Port::ImageGenerator, move |_| Ok(kept(image))).await,
-            Err(refused) => reason = refused,
+            Err(refused) => reason = refused.to_string(),
         }
     }
-    Err(not_taken(NAME, &reason, settings.redraws + 1))
+    Err(not_taken(NAME, reason, settings.redraws + 1))
 }
 
 /// The image composited over white and reduced to [`KEPT_PX`].

@@ -45,7 +45,7 @@ pub(super) async fn draw(
             Ok(TopViewImage { image, known: None })
         }
         Ok(_) => Err(not_taken(NAME, "it is too small", 1)),
-        Err(reason) => Err(not_taken(NAME, &reason, 1)),
+        Err(reason) => Err(not_taken(NAME, reason, 1)),
     }
 }
 

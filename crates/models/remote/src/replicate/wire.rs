@@ -18,10 +18,14 @@ const MAX_ID_CHARS: usize = 64;
 /// Maximum values of an output that are searched for a file.
 const MAX_VALUES: usize = 64;
 
+/// Inputs of the settings that are no JSON object.
+#[derive(Debug, thiserror::Error)]
+#[error("the inputs are no JSON object: {0}")]
+pub struct InputsError(#[from] serde_json::Error);
+
 /// Body of a request; an error where the settings' inputs are no JSON object.
-pub fn prediction(settings: &ReplicateSettings, image: &str, seed: u64) -> Result<Value, String> {
-    let mut input: Map<String, Value> = serde_json::from_str(&settings.inputs)
-        .map_err(|error| format!("the inputs are no JSON object: {error}"))?;
+pub fn prediction(settings: &ReplicateSettings, image: &str, seed: u64) -> Result<Value, InputsError> {
+    let mut input: Map<String, Value> = serde_json::from_str(&settings.inputs)?;
     input.insert(settings.image_input.clone(), json!(image));
     if !settings.seed_input.is_empty() {
         // Models take 31 bits.
@@ -166,7 +170,8 @@ mod tests {
         let unseeded = ReplicateSettings { seed_input: String::new(), ..settings.clone() };
         assert!(prediction(&unseeded, "", 7).expect("is an object")["input"].get("seed").is_none());
         let broken = ReplicateSettings { inputs: "[1]".into(), ..settings };
-        assert!(prediction(&broken, "", 7).expect_err("is a list").contains("no JSON object"));
+        let error = prediction(&broken, "", 7).expect_err("is a list").to_string();
+        assert!(error.contains("no JSON object"), "{error}");
     }
 
     #[test]

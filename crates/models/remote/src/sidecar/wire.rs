@@ -80,29 +80,30 @@ pub fn read(
     size_px: [u32; 2],
     labels: &[String],
 ) -> Reading<Vec<Detection>> {
-    let result = found(reply, size_px, labels).map_err(|why| Failure::new(FailureKind::BadAnswer, why));
+    let result = found(reply, size_px, labels);
     let cost = Some(MicroUsd::of_usd(settings.usd_per_call));
     Reading { cost, input_tokens: None, output_tokens: None, task: None, result }
 }
 
-fn found(reply: &HttpResponse, size_px: [u32; 2], labels: &[String]) -> Result<Vec<Detection>, String> {
+fn found(reply: &HttpResponse, size_px: [u32; 2], labels: &[String]) -> Result<Vec<Detection>, Failure> {
     if !reply.content_type.ends_with("json") {
-        return Err(format!("it answered with {:?} in place of JSON", one_line(&reply.content_type)));
+        return Err(bad(format!("it answered with {:?} in place of JSON", one_line(&reply.content_type))));
     }
     let answer: Answer = serde_json::from_slice(&reply.body)
-        .map_err(|error| format!("its answer is no list of annotations: {error}"))?;
+        .map_err(|error| bad(format!("its answer is no list of annotations: {error}")))?;
     let [height, width] = size_px;
     if [answer.img_height, answer.img_width] != size_px {
         let (other_width, other_height) = (answer.img_width, answer.img_height);
-        return Err(format!(
+        return Err(bad(format!(
             "it describes an image of {other_width} x {other_height}, sent was {width} x {height}"
-        ));
+        )));
     }
     if answer.annotations.len() > MAX_DETECTIONS {
-        return Err(format!("it found {} objects, more than {MAX_DETECTIONS}", answer.annotations.len()));
+        let found = answer.annotations.len();
+        return Err(bad(format!("it found {found} objects, more than {MAX_DETECTIONS}")));
     }
     let read = answer.annotations.into_iter().enumerate().map(|(index, annotation)| {
-        let wrong = |what: &str| format!("annotations[{index}]: {what}");
+        let wrong = |what: &str| bad(format!("annotations[{index}]: {what}"));
         let (Score::One(score) | Score::List([score])) = annotation.score;
         if !(0.0..=1.0).contains(&score) {
             return Err(wrong("its score is not from 0 to 1"));
@@ -120,8 +121,12 @@ fn found(reply: &HttpResponse, size_px: [u32; 2], labels: &[String]) -> Result<V
         let label = label_of(&annotation.class_name, labels);
         Ok((mask.area_px() > 0).then_some(Detection { label, score, box_px: annotation.bbox, mask }))
     });
-    let found: Result<Vec<Option<Detection>>, String> = read.collect();
+    let found: Result<Vec<Option<Detection>>, Failure> = read.collect();
     Ok(found?.into_iter().flatten().collect())
+}
+
+fn bad(reason: String) -> Failure {
+    Failure::new(FailureKind::BadAnswer, reason)
 }
 
 /// The label that a class name means. Grounding DINO answers with the matched tokens: words of several labels, or
