@@ -9,7 +9,7 @@ use geometry::parallel_grasp::ParallelGrasp;
 use geometry::{ConvexHull, Friction, MassProperties, Pose, SimpleSolid, TexturedMesh};
 use scene::{Scene, StandIn};
 
-use super::surface::printable_surface;
+use super::surface::{SurfaceFault, printable_surface};
 use super::{Assets, BodyAsset, ExportError};
 
 /// The reason why a body is unphysical or unusable in a simulator.
@@ -31,8 +31,8 @@ pub enum BodyFault {
     Contact { what: &'static str, value: f64, highest: f64 },
     #[error("its dynamic friction {dynamic_coefficient} exceeds its static friction {static_coefficient}")]
     Friction { static_coefficient: f64, dynamic_coefficient: f64 },
-    #[error("{0}")]
-    Surface(String),
+    #[error(transparent)]
+    Surface(SurfaceFault),
 }
 
 impl BodyFault {

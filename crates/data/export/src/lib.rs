@@ -45,6 +45,7 @@ pub use settings::{ExportSettings, UrdfPaths, UsdForm};
 
 use rayon::prelude::*;
 
+use self::round_trip::{Difference, ReadError};
 use self::wavefront::Wavefront;
 use certificate::Certificate;
 use scene::Scene;
@@ -62,9 +63,9 @@ pub enum ExportError {
     #[error("the name {0:?} is used twice or reserved for a file of the bundle")]
     NameTaken(String),
     #[error("{format} was written but tells another scene when it is read back: {difference}")]
-    RoundTripMismatch { format: &'static str, difference: String },
+    RoundTripMismatch { format: &'static str, difference: Difference },
     #[error("{format} was written but could not be read back: {reason}")]
-    Unreadable { format: &'static str, reason: String },
+    Unreadable { format: &'static str, reason: ReadError },
     #[error("the archive or the USD package could not be packed")]
     Archive(#[from] zip::result::ZipError),
     #[error("a JSON file of the bundle could not be written")]

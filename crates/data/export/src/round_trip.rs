@@ -4,6 +4,7 @@
 //! The readers share only the file layout with the writers. A wrong axis order, unit or rounding in a writer is an
 //! error here, and no bundle is made. Differences within the tolerances go into the report.
 
+mod error;
 mod usd;
 mod urdf;
 mod mjcf;
@@ -13,6 +14,8 @@ mod labels;
 mod stand_ins;
 mod visuals;
 mod xml_node;
+
+pub use error::{Difference, LayerError, ReadError};
 
 use std::collections::BTreeMap;
 
@@ -110,8 +113,8 @@ struct ReadLabels {
 /// Bodies by name.
 type ReadScene = BTreeMap<String, ReadBody>;
 
-/// The error is the reason why a format could not be read; it becomes [`ExportError::Unreadable`].
-type ReadResult<T> = Result<T, String>;
+/// The error becomes [`ExportError::Unreadable`].
+type ReadResult<T> = Result<T, ReadError>;
 
 /// Result of the comparison, per format. If there is a report, names, labels, movable bodies and the numbers of bodies,
 /// hulls and corners are equal.
@@ -197,26 +200,27 @@ struct Files<'a>(BTreeMap<&'a str, &'a [u8]>);
 
 impl<'a> Files<'a> {
     fn bytes(&self, path: &str) -> ReadResult<&'a [u8]> {
-        self.0.get(path).copied().ok_or_else(|| format!("{path} is missing"))
+        self.0.get(path).copied().ok_or_else(|| ReadError::missing(path))
     }
 
     fn text(&self, path: &str) -> ReadResult<&'a str> {
-        std::str::from_utf8(self.bytes(path)?).map_err(|_| format!("{path} is not UTF-8"))
+        std::str::from_utf8(self.bytes(path)?).map_err(|_| ReadError::NotUtf8(path.to_owned()))
     }
 }
 
-fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatDeviation, String> {
+fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatDeviation, Difference> {
     let mut deviation = FormatDeviation { bodies: read.len(), ..FormatDeviation::default() };
     if read.len() != bodies.len() {
-        return Err(format!("{} bodies instead of {}", read.len(), bodies.len()));
+        return Err(Difference::Count { found: read.len(), of: "bodies".to_owned(), wanted: bodies.len() });
     }
     for body in bodies {
-        let found = read.get(&body.name).ok_or_else(|| format!("{} is missing", body.name))?;
+        let name = || body.name.clone();
+        let found = read.get(&body.name).ok_or_else(|| Difference::Missing(name()))?;
         if found.hulls.len() != body.hulls.len() {
-            return Err(format!("{}: {} hulls", body.name, found.hulls.len()));
+            return Err(Difference::HullCount { body: name(), found: found.hulls.len() });
         }
         if found.movable.is_some_and(|movable| movable != body.movable) {
-            return Err(format!("{}: movable {}", body.name, !body.movable));
+            return Err(Difference::Movable { body: name(), found: !body.movable });
         }
         deviation.hulls += found.hulls.len();
         compare_labels(body, found)?;
@@ -228,12 +232,12 @@ fn compare(bodies: &[Body], read: &ReadScene) -> Result<FormatDeviation, String>
         for (k, found) in found.hulls.iter().enumerate() {
             let difference = compare_hull(&body.hulls[k], body.solids[k].as_ref(), found);
             let [apart_m, grown] =
-                difference.map_err(|reason| format!("{}: hull {k} {reason}", body.name))?;
+                difference.map_err(|fault| Difference::Hull { body: name(), hull: k, fault })?;
             (corner_m, volume) = (larger(corner_m, apart_m), larger(volume, grown));
         }
         let vertex_m = match &found.visual {
             Some(triangles) => visuals::farthest_corner_m(&body.visual, triangles)
-                .map_err(|reason| format!("{}: {reason}", body.name))?,
+                .map_err(|inner| Difference::Visual { body: name(), difference: Box::new(inner) })?,
             None => 0.0,
         };
         let limits = Tolerances::BUNDLE;
@@ -321,14 +325,18 @@ fn face_centers(solid: &SimpleSolid) -> [DVec3; 4] {
 
 /// Checks a difference against its tolerance and rounds it up to a power of ten, which hides the rounding of the
 /// platform.
-fn within(body: &Body, name: &str, difference: f64, tolerance: f64) -> Result<f64, String> {
+fn within(body: &Body, quantity: &'static str, difference: f64, tolerance: f64) -> Result<f64, Difference> {
     if difference.is_nan() || difference > tolerance {
-        return Err(format!("{}: {name} differs by {difference}", body.name));
+        return Err(Difference::Quantity { body: body.name.clone(), quantity, difference });
     }
     Ok(ceil_to_power_of_ten(difference))
 }
 
-fn compare_contact(body: &Body, found: &ReadContact, deviation: &mut FormatDeviation) -> Result<(), String> {
+fn compare_contact(
+    body: &Body,
+    found: &ReadContact,
+    deviation: &mut FormatDeviation,
+) -> Result<(), Difference> {
     let limits = Tolerances::BUNDLE;
     let dynamic = (found.dynamic_friction - body.friction.dynamic_coefficient).abs();
     let dynamic = within(body, "dynamic friction", dynamic, limits.dynamic_friction)?;
@@ -366,8 +374,9 @@ fn compare_contact(body: &Body, found: &ReadContact, deviation: &mut FormatDevia
     Ok(())
 }
 
-fn compare_labels(body: &Body, found: &ReadBody) -> Result<(), String> {
+fn compare_labels(body: &Body, found: &ReadBody) -> Result<(), Difference> {
     let Some(labels) = &found.labels else { return Ok(()) };
+    let name = || body.name.clone();
     // USD strings cannot hold a NUL.
     let label = body.label.replace('\0', "\u{fffd}");
     let pairs = [
@@ -377,13 +386,12 @@ fn compare_labels(body: &Body, found: &ReadBody) -> Result<(), String> {
     ];
     match pairs.into_iter().find(|(_, found, wanted)| found != wanted) {
         Some((what, found, wanted)) => {
-            Err(format!("{}: the {what} is {found:?} instead of {wanted:?}", body.name))
+            Err(Difference::Words { body: name(), what, found: found.clone(), wanted: wanted.clone() })
         }
         None if labels.stand_in != stand_ins::held(body, |words| words.replace('\0', "\u{fffd}")) => {
-            Err(format!(
-                "{}: the mark of a stand-in is {:?} instead of {:?}",
-                body.name, labels.stand_in, body.stand_in
-            ))
+            let boxed = |mark: &Option<StandIn>| mark.clone().map(Box::new);
+            let (found, wanted) = (boxed(&labels.stand_in), boxed(&body.stand_in));
+            Err(Difference::StandIn { body: name(), found, wanted })
         }
         None => Ok(()),
     }
@@ -409,7 +417,7 @@ fn ceil_to_power_of_ten(value: f64) -> f64 {
 fn numbers(text: &str) -> ReadResult<Vec<f64>> {
     text.split(|c: char| c.is_whitespace() || ",()[]".contains(c))
         .filter(|part| !part.is_empty())
-        .map(|part| part.parse().map_err(|_| format!("{part:?} is no number")))
+        .map(|part| part.parse().map_err(|_| ReadError::not_a("number", part)))
         .collect()
 }
 
@@ -417,7 +425,7 @@ fn numbers(text: &str) -> ReadResult<Vec<f64>> {
 fn vector(text: &str) -> ReadResult<DVec3> {
     match numbers(text)?.as_slice() {
         &[x, y, z] => Ok(DVec3::new(x, y, z)),
-        _ => Err(format!("{text:?} is no vector")),
+        _ => Err(ReadError::not_a("vector", text)),
     }
 }
 
@@ -425,7 +433,7 @@ fn vector(text: &str) -> ReadResult<DVec3> {
 fn quaternion_wxyz(text: &str) -> ReadResult<glam::DQuat> {
     match numbers(text)?.as_slice() {
         &[w, x, y, z] => Ok(glam::DQuat::from_xyzw(x, y, z, w).normalize()),
-        _ => Err(format!("{text:?} is no quaternion")),
+        _ => Err(ReadError::not_a("quaternion", text)),
     }
 }
 
@@ -446,14 +454,14 @@ fn obj_hull(text: &str) -> ReadResult<ReadHull> {
         };
         match face.split_whitespace().map(corner).collect::<Option<Vec<u32>>>().as_deref() {
             Some(&[a, b, c]) => triangles.push([a, b, c]),
-            _ => return Err(format!("{face:?} is no triangle of {} corners", corners.len())),
+            _ => return Err(ReadError::NotTriangle { face: face.to_owned(), corners: corners.len() }),
         }
     }
     let hull = ConvexHull { points: corners, triangles };
     if hull.volume_m3() > 0.0 {
         Ok(ReadHull::Corners(hull.points))
     } else {
-        Err("a hull encloses no volume or is inside out".to_owned())
+        Err(ReadError::wrong("a hull", "encloses no volume or is inside out"))
     }
 }
 

@@ -8,17 +8,32 @@ use glam::{DVec3, Vec2, Vec3};
 
 use geometry::{FaceGroup, Material, TexturedMesh};
 
+/// The reason why a mesh cannot be normalized.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SurfaceFault {
+    #[error("its vertex arrays differ in length")]
+    ArrayLengths,
+    #[error("a position of its mesh is not finite")]
+    PositionNotFinite,
+    #[error("a triangle of its mesh names a vertex that is not there")]
+    NoVertex,
+    #[error("a face group of its mesh wears a material that is not there")]
+    NoMaterial,
+    #[error("its mesh has no triangle")]
+    NoTriangle,
+}
+
 /// The normalized mesh, or the reason why there is none.
-pub fn printable_surface(mesh: &TexturedMesh) -> Result<TexturedMesh, String> {
+pub fn printable_surface(mesh: &TexturedMesh) -> Result<TexturedMesh, SurfaceFault> {
     let count = mesh.positions.len();
     if mesh.normals.len() != count || mesh.uvs.len() != count {
-        return Err("its vertex arrays differ in length".to_owned());
+        return Err(SurfaceFault::ArrayLengths);
     }
     if mesh.positions.iter().any(|p| !p.as_vec3().is_finite()) {
-        return Err("a position of its mesh is not finite".to_owned());
+        return Err(SurfaceFault::PositionNotFinite);
     }
     if mesh.triangles().flatten().any(|v| v as usize >= count) {
-        return Err("a triangle of its mesh names a vertex that is not there".to_owned());
+        return Err(SurfaceFault::NoVertex);
     }
     // Adding zero turns -0 into 0, so that equal positions have equal bits and equal text.
     let positions: Vec<DVec3> =
@@ -28,7 +43,7 @@ pub fn printable_surface(mesh: &TexturedMesh) -> Result<TexturedMesh, String> {
     let mut written: Vec<Option<usize>> = vec![None; mesh.materials.len()];
     for group in &mesh.groups {
         let Some(material) = mesh.materials.get(group.material) else {
-            return Err("a face group of its mesh wears a material that is not there".to_owned());
+            return Err(SurfaceFault::NoMaterial);
         };
         let corner = |t: &[u32; 3], k: usize| positions[t[k] as usize];
         let triangles: Vec<[u32; 3]> = group
@@ -52,7 +67,7 @@ pub fn printable_surface(mesh: &TexturedMesh) -> Result<TexturedMesh, String> {
         }
     }
     if groups.is_empty() {
-        return Err("its mesh has no triangle".to_owned());
+        return Err(SurfaceFault::NoTriangle);
     }
     let mut normals: Vec<Vec3> = mesh.normals.iter().map(|n| n.normalize_or_zero()).collect();
     for t in groups.iter().flat_map(|group| &group.triangles) {
@@ -104,7 +119,7 @@ mod tests {
         assert!(clean.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
         assert!(clean.uvs.iter().all(|uv| uv.is_finite()));
         mesh.positions[0].x = f64::NAN;
-        assert!(printable_surface(&mesh).expect_err("not finite").contains("finite"));
-        assert!(printable_surface(&TexturedMesh::default()).is_err());
+        assert_eq!(printable_surface(&mesh), Err(SurfaceFault::PositionNotFinite));
+        assert_eq!(printable_surface(&TexturedMesh::default()), Err(SurfaceFault::NoTriangle));
     }
 }

@@ -11,26 +11,30 @@ use geometry::Pose;
 use mesh_io::gltf::{ROOT_ROTATION_XYZW, read_mesh_glb};
 use scene::StandIn;
 
-use super::{Files, MeshDeviation, ReadResult, Tolerances, angle_between_rad, ceil_to_power_of_ten, larger};
+use super::{
+    Difference, Files, MeshDeviation, ReadError, ReadResult, Tolerances, angle_between_rad,
+    ceil_to_power_of_ten, larger,
+};
 
 pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<MeshDeviation, ExportError> {
     let format = "GLB";
+    let unreadable = |reason| ExportError::Unreadable { format, reason };
     let read = |path: &str| {
-        let bytes = files.bytes(path).map_err(|reason| ExportError::Unreadable { format, reason })?;
-        read_mesh_glb(bytes)
-            .map_err(|error| ExportError::Unreadable { format, reason: format!("{path}: {error}") })
+        let bytes = files.bytes(path).map_err(unreadable)?;
+        read_mesh_glb(bytes).map_err(|error| unreadable(ReadError::from(error).within(path)))
     };
-    let differs = |difference: String| Err(ExportError::RoundTripMismatch { format, difference });
+    let differs = |difference| Err(ExportError::RoundTripMismatch { format, difference });
     for body in bodies {
         if read(&format!("glb/{}.glb", body.name))? != body.visual {
-            return differs(format!("the mesh of {}", body.name));
+            return differs(Difference::Mesh(body.name.clone()));
         }
     }
     let scene = read("glb/scene.glb")?;
     let vertices: usize = bodies.iter().map(|body| body.visual.positions.len()).sum();
     let triangles: usize = bodies.iter().map(|body| body.visual.triangle_count()).sum();
     if scene.positions.len() != vertices || scene.triangle_count() != triangles {
-        return differs(format!("{} vertices instead of {vertices}", scene.positions.len()));
+        let found = scene.positions.len();
+        return differs(Difference::Count { found, of: "vertices".to_owned(), wanted: vertices });
     }
     let expected = bodies.iter().flat_map(|body| {
         body.visual.positions.iter().map(|position| body.world_from_object.transform_point(*position))
@@ -38,21 +42,25 @@ pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<MeshDeviation, Expo
     let vertex_m = expected.zip(&scene.positions).map(|(a, b)| (a - *b).length()).fold(0.0, f64::max);
     let limits = Tolerances::BUNDLE;
     if vertex_m.is_nan() || vertex_m > limits.vertex_m {
-        return differs(format!("a vertex of the scene by {vertex_m} m"));
+        return differs(Difference::SceneVertex { off_m: vertex_m });
     }
-    let nodes = nodes(files).map_err(|reason| ExportError::Unreadable { format, reason })?;
+    let nodes = nodes(files).map_err(unreadable)?;
     if nodes.len() != bodies.len() {
-        return differs(format!("{} nodes instead of {}", nodes.len(), bodies.len()));
+        let (found, wanted) = (nodes.len(), bodies.len());
+        return differs(Difference::Count { found, of: "nodes".to_owned(), wanted });
     }
     let (mut translation_m, mut rotation_rad) = (0.0, 0.0);
     for body in bodies {
-        let Some(node) = nodes.get(&body.name) else { return differs(format!("no node is {}", body.name)) };
+        let Some(node) = nodes.get(&body.name) else {
+            return differs(Difference::NoNode(body.name.clone()));
+        };
         let (found, pose) = (node.pose(), body.world_from_object);
         translation_m = larger(translation_m, (found.translation_m - pose.translation_m).length());
         rotation_rad = larger(rotation_rad, angle_between_rad(found.rotation, pose.rotation));
         let sound = translation_m <= limits.translation_m && rotation_rad <= limits.rotation_rad;
         if !sound {
-            return differs(format!("the pose of {} by {translation_m} m, {rotation_rad} rad", body.name));
+            let body = body.name.clone();
+            return differs(Difference::Pose { body, translation_m, rotation_rad });
         }
     }
     Ok(MeshDeviation {
@@ -139,8 +147,8 @@ impl Document {
             [Scene { nodes }] => nodes.as_slice(),
             _ => &[],
         };
-        let &[root] = roots else { return Err("there is not one root".to_owned()) };
-        self.nodes.get(root).ok_or_else(|| "the root is missing".to_owned())
+        let &[root] = roots else { return Err(ReadError::NotOneRoot) };
+        self.nodes.get(root).ok_or_else(|| ReadError::missing("the root"))
     }
 }
 
@@ -150,9 +158,9 @@ fn document(files: &Files<'_>, path: &str) -> ReadResult<Document> {
     // Header of 12 bytes, then length and kind of the JSON chunk.
     let length =
         bytes.get(12..16).map(|length| u32::from_le_bytes([length[0], length[1], length[2], length[3]]));
-    let json =
-        length.and_then(|length| bytes.get(20..20 + length as usize)).ok_or("there is no JSON chunk")?;
-    serde_json::from_slice(json).map_err(|error| error.to_string())
+    let json = length.and_then(|length| bytes.get(20..20 + length as usize));
+    let json = json.ok_or_else(|| ReadError::Absent("JSON chunk".to_owned()))?;
+    Ok(serde_json::from_slice(json)?)
 }
 
 /// The nodes of the scene file below its single root, which rotates z up to y up.
@@ -160,13 +168,13 @@ fn nodes(files: &Files<'_>) -> ReadResult<BTreeMap<String, Node>> {
     let document = document(files, "glb/scene.glb")?;
     let root_node = document.root()?;
     if document.nodes.iter().any(Node::is_scaled) {
-        return Err("a node is scaled".to_owned());
+        return Err(ReadError::wrong("a node", "is scaled"));
     }
     let expected = Pose { translation_m: DVec3::ZERO, rotation: DQuat::from_array(ROOT_ROTATION_XYZW) };
     if root_node.translation != [0.0; 3]
         || angle_between_rad(root_node.pose().rotation, expected.rotation) > 1e-9
     {
-        return Err("the root does not turn z up to y up".to_owned());
+        return Err(ReadError::wrong("the root", "does not turn z up to y up"));
     }
     let children = root_node.children.clone();
     let below = document.nodes.into_iter().enumerate().filter(|(index, _)| children.contains(index));

@@ -8,7 +8,7 @@ use crate::xml::{LABEL_NAMESPACE, allowed_in_xml};
 use crate::{Body, ExportError};
 
 use super::xml_node::{self, XmlNode};
-use super::{Files, ReadResult, glb};
+use super::{Difference, Files, ReadError, ReadResult, glb};
 
 /// Body name to label.
 type Labels = BTreeMap<String, String>;
@@ -28,7 +28,8 @@ pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<(), ExportError> {
             let wanted = if format == "GLB" { body.label.clone() } else { allowed_in_xml(&body.label) };
             let found = labels.get(&body.name);
             if found != Some(&wanted) {
-                let difference = format!("{}: the label is {found:?} instead of {wanted:?}", body.name);
+                let (body, found) = (body.name.clone(), found.cloned());
+                let difference = Difference::Label { body, found, wanted };
                 return Err(ExportError::RoundTripMismatch { format, difference });
             }
         }
@@ -61,7 +62,7 @@ fn mjcf(bodies: &[Body], files: &Files<'_>) -> ReadResult<Labels> {
     let of = |body: &Body| {
         let entry = format!("{LABEL_PREFIX}{}", body.name);
         let text = custom.all("text").find(|text| text.attribute("name") == Some(&entry));
-        let text = text.ok_or_else(|| format!("there is no text {entry}"))?.required("data")?;
+        let text = text.ok_or_else(|| ReadError::Absent(format!("text {entry}")))?.required("data")?;
         let label = if body.label.is_empty() && text == body.name { "" } else { text };
         Ok((body.name.clone(), label.to_owned()))
     };

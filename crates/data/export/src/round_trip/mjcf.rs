@@ -9,8 +9,8 @@ use roxmltree::Node;
 
 use super::xml_node::{self, XmlNode};
 use super::{
-    Files, ReadBody, ReadContact, ReadHull, ReadResult, ReadScene, numbers, obj_hull, quaternion_wxyz,
-    tensor, vector,
+    Files, ReadBody, ReadContact, ReadError, ReadHull, ReadResult, ReadScene, numbers, obj_hull,
+    quaternion_wxyz, tensor, vector,
 };
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
@@ -35,7 +35,8 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
                 && own.inertia_tensor_kg_m2 == read.inertia_tensor_kg_m2
                 && own.contact == read.contact;
             if !same {
-                return Err(format!("the scene's {name} is not the one of its own file"));
+                let name = name.to_owned();
+                return Err(ReadError::OtherThanOwn { whole: "scene", name, own: "file" });
             }
         }
         scene.insert(name.to_owned(), read);
@@ -56,11 +57,11 @@ fn read_object(
     let outer = root.child("worldbody")?.child("body")?;
     let site = |wanted: &str| -> ReadResult<DVec3> {
         let found = outer.all("site").find(|site| site.attribute("name") == Some(wanted));
-        vector(found.ok_or_else(|| format!("{name} has no {wanted}"))?.required("pos")?)
+        vector(found.ok_or_else(|| ReadError::lacks(name, wanted))?.required("pos")?)
     };
     let (bottom, top, radius) = (site("bottom_site")?, site("top_site")?, site("horizontal_radius_site")?);
     if bottom.z >= top.z || radius.x <= 0.0 {
-        return Err(format!("the sites of {name} enclose nothing"));
+        return Err(ReadError::wrong(format!("the sites of {name}"), "enclose nothing"));
     }
     read_body(outer.child("body")?, &meshes, world_from_object, true, stiffest_s)
 }
@@ -74,7 +75,7 @@ fn read_meshes<'a, 'f>(
     let mut meshes = BTreeMap::new();
     for mesh in assets.all("mesh") {
         let file = mesh.required("file")?;
-        let file = file.strip_prefix(folder).ok_or_else(|| format!("{file} is elsewhere"))?;
+        let file = file.strip_prefix(folder).ok_or_else(|| ReadError::wrong(file, "is elsewhere"))?;
         meshes.insert(mesh.required("name")?, files.text(&format!("mjcf/assets/{file}"))?);
     }
     Ok(meshes)
@@ -85,7 +86,7 @@ fn read_shape(geom: Node<'_, '_>, meshes: &BTreeMap<&str, &str>) -> ReadResult<R
     let kind = geom.required("type")?;
     if kind == "mesh" {
         let mesh = geom.required("mesh")?;
-        return obj_hull(meshes.get(mesh).ok_or_else(|| format!("the mesh {mesh} is missing"))?);
+        return obj_hull(meshes.get(mesh).ok_or_else(|| ReadError::missing(format!("the mesh {mesh}")))?);
     }
     let size = numbers(geom.required("size")?)?;
     let kind = match (kind, size.as_slice()) {
@@ -93,7 +94,9 @@ fn read_shape(geom: Node<'_, '_>, meshes: &BTreeMap<&str, &str>) -> ReadResult<R
         ("cylinder", &[radius_m, half_length_m]) => SimpleSolidKind::Cylinder { radius_m, half_length_m },
         ("sphere", &[radius_m]) => SimpleSolidKind::Sphere { radius_m },
         ("capsule", &[radius_m, half_length_m]) => SimpleSolidKind::Capsule { radius_m, half_length_m },
-        (other, size) => return Err(format!("a {other} has {} sizes", size.len())),
+        (solid, sizes) => {
+            return Err(ReadError::SizeCount { solid: solid.to_owned(), sizes: sizes.len() });
+        }
     };
     let object_from_solid = Pose {
         translation_m: vector(geom.required("pos")?)?,
@@ -115,11 +118,15 @@ fn read_body(
     for geom in body.all("geom").filter(|geom| geom.attribute("contype") != Some("0")) {
         hulls.push(read_shape(geom, meshes)?);
         if geom.required("solref")?.split(' ').next().and_then(|word| word.parse().ok()) != Some(stiffest_s) {
-            return Err(format!("contacts of {} are not the stiffest", body.required("name")?));
+            let contacts = format!("contacts of {}", body.required("name")?);
+            return Err(ReadError::wrong(contacts, "are not the stiffest"));
         }
         let geom_friction = vector(geom.required("friction")?)?;
         if hulls.len() > 1 && geom_friction != friction {
-            return Err(format!("the hulls of {} rub differently", body.required("name")?));
+            return Err(ReadError::wrong(
+                format!("the hulls of {}", body.required("name")?),
+                "rub differently",
+            ));
         }
         friction = geom_friction;
     }

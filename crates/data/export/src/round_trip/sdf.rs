@@ -6,7 +6,9 @@ use geometry::{Pose, SimpleSolid, SimpleSolidKind};
 use roxmltree::Node;
 
 use super::xml_node::{self, XmlNode};
-use super::{Files, ReadBody, ReadContact, ReadHull, ReadResult, ReadScene, numbers, obj_hull, vector};
+use super::{
+    Files, ReadBody, ReadContact, ReadError, ReadHull, ReadResult, ReadScene, numbers, obj_hull, vector,
+};
 use crate::sdf::DRAKE_NAMESPACE;
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
@@ -28,7 +30,8 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
             && standalone.contact == body.contact
             && standalone.movable == body.movable;
         if !same {
-            return Err(format!("the world's {name} is not the one of its own folder"));
+            let name = name.to_owned();
+            return Err(ReadError::OtherThanOwn { whole: "world", name, own: "folder" });
         }
         scene.insert(name.to_owned(), body);
     }
@@ -40,7 +43,7 @@ fn read_model(files: &Files<'_>, model: Node<'_, '_>, folder: &str) -> ReadResul
     let inertial = link.child("inertial")?;
     let center = pose(inertial.child("pose")?)?;
     if center.rotation != DQuat::IDENTITY {
-        return Err("inertia is not along the link's axes".to_owned());
+        return Err(ReadError::wrong("inertia", "is not along the link's axes"));
     }
     let inertia = inertial.child("inertia")?;
     let moment = |name: &str| inertia.child(name)?.text_number();
@@ -49,7 +52,7 @@ fn read_model(files: &Files<'_>, model: Node<'_, '_>, folder: &str) -> ReadResul
     let path = |element: Node<'_, '_>| -> ReadResult<String> {
         let mesh = element.child("geometry")?.child("mesh")?;
         if mesh.child("scale").is_ok() {
-            return Err("a mesh is scaled".to_owned());
+            return Err(ReadError::wrong("a mesh", "is scaled"));
         }
         Ok(format!("{folder}/{}", mesh.child("uri")?.content()))
     };
@@ -65,7 +68,7 @@ fn read_model(files: &Files<'_>, model: Node<'_, '_>, folder: &str) -> ReadResul
         let surface = read_surface(collision.child("surface")?)?;
         let surface = with_proximity(surface, collision, model.child("static")?.content() == "false")?;
         if contact.is_some_and(|contact| contact != surface) {
-            return Err("friction differs between hulls".to_owned());
+            return Err(ReadError::FrictionDiffers("hulls".to_owned()));
         }
         contact = Some(surface);
     }
@@ -73,7 +76,7 @@ fn read_model(files: &Files<'_>, model: Node<'_, '_>, folder: &str) -> ReadResul
         mass_kg: inertial.child("mass")?.text_number()?,
         center_of_mass_m: center.translation_m,
         inertia_tensor_kg_m2: DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]),
-        contact: contact.ok_or("a model has no collision")?,
+        contact: contact.ok_or_else(|| ReadError::lacks("a model", "collision"))?,
         world_from_object: pose(model.child("pose")?)?,
         movable: Some(model.child("static")?.content() == "false"),
         hulls,
@@ -99,7 +102,7 @@ fn read_solid(collision: Node<'_, '_>) -> ReadResult<Option<SimpleSolid>> {
         "capsule" => {
             SimpleSolidKind::Capsule { radius_m: number("radius")?, half_length_m: 0.5 * number("length")? }
         }
-        other => return Err(format!("a collision is a {other}")),
+        other => return Err(ReadError::CollisionKind(other.to_owned())),
     };
     Ok(Some(SimpleSolid { kind, object_from_solid: pose(collision.child("pose")?)? }))
 }
@@ -112,7 +115,7 @@ fn read_surface(surface: Node<'_, '_>) -> ReadResult<ReadContact> {
     let others = [(ode, "mu2"), (bullet, "friction"), (bullet, "friction2")];
     for (engine, name) in others {
         if engine.child(name)?.text_number()? != dynamic_friction {
-            return Err(format!("friction differs between mu and {name}"));
+            return Err(ReadError::FrictionDiffers(format!("mu and {name}")));
         }
     }
     let torsional = friction.child("torsional")?;
@@ -137,7 +140,7 @@ fn with_proximity(
 ) -> ReadResult<ReadContact> {
     let proximity = collision.child((DRAKE_NAMESPACE, "proximity_properties"))?;
     if proximity.child((DRAKE_NAMESPACE, "mu_dynamic"))?.text_number()? != surface.dynamic_friction {
-        return Err("friction differs between mu and drake:mu_dynamic".to_owned());
+        return Err(ReadError::FrictionDiffers("mu and drake:mu_dynamic".to_owned()));
     }
     proximity
         .child((DRAKE_NAMESPACE, if is_movable { "compliant_hydroelastic" } else { "rigid_hydroelastic" }))?;
@@ -155,6 +158,6 @@ fn pose(element: Node<'_, '_>) -> ReadResult<Pose> {
                 * DQuat::from_rotation_y(pitch)
                 * DQuat::from_rotation_x(roll),
         }),
-        _ => Err(format!("{text:?} is no pose")),
+        _ => Err(ReadError::NotA { text, kind: "pose" }),
     }
 }

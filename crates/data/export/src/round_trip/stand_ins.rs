@@ -12,7 +12,7 @@ use crate::xml::{LABEL_NAMESPACE, allowed_in_xml};
 use crate::{Body, ExportError};
 
 use super::xml_node::{self, XmlNode};
-use super::{Files, ReadResult, glb};
+use super::{Difference, Files, ReadResult, glb};
 
 /// The marks of bodies, by name.
 type Marks = BTreeMap<String, StandIn>;
@@ -40,7 +40,7 @@ pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<(), ExportError> {
         let wanted: Marks =
             bodies.iter().filter_map(|body| Some((body.name.clone(), held(body, words)?))).collect();
         if marks != wanted {
-            let difference = format!("the stand-ins are {marks:?} instead of {wanted:?}");
+            let difference = Difference::StandIns { found: marks, wanted };
             return Err(ExportError::RoundTripMismatch { format, difference });
         }
     }

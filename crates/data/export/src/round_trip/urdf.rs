@@ -7,7 +7,7 @@ use geometry::{Pose, SimpleSolid, SimpleSolidKind};
 use roxmltree::Node;
 
 use super::xml_node::{self, XmlNode};
-use super::{Files, ReadBody, ReadContact, ReadHull, ReadResult, ReadScene, obj_hull, vector};
+use super::{Files, ReadBody, ReadContact, ReadError, ReadHull, ReadResult, ReadScene, obj_hull, vector};
 
 pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
     let package = package(files)?;
@@ -30,11 +30,11 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
         let gazebo = robot.child("gazebo")?;
         for direction in ["mu1", "mu2"] {
             if gazebo.child(direction)?.text_number()? != body.contact.dynamic_friction {
-                return Err(format!("{name} rubs otherwise in Gazebo"));
+                return Err(ReadError::wrong(name, "rubs otherwise in Gazebo"));
             }
         }
         let placed = assembly.all("link").find(|link| link.attribute("name") == Some(name));
-        let placed = placed.ok_or_else(|| format!("the assembly has no link {name}"))?;
+        let placed = placed.ok_or_else(|| ReadError::lacks("the assembly", format!("link {name}")))?;
         let assembled = read_link(files, placed, "urdf", package.as_deref(), world_from_object)?;
         let same = assembled.hulls == body.hulls
             && assembled.mass_kg == body.mass_kg
@@ -42,7 +42,8 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
             && assembled.inertia_tensor_kg_m2 == body.inertia_tensor_kg_m2
             && assembled.contact == body.contact;
         if !same {
-            return Err(format!("the assembly's {name} is not the one of its own file"));
+            let name = name.to_owned();
+            return Err(ReadError::OtherThanOwn { whole: "assembly", name, own: "file" });
         }
         scene.insert(name.to_owned(), body);
     }
@@ -61,7 +62,7 @@ pub(super) fn mesh_file(file: &str, folder: &str, package: Option<&str>) -> Read
         Some(package) => file
             .strip_prefix(package)
             .map(|below| format!("urdf/{below}"))
-            .ok_or_else(|| format!("{file} is not in the package {package}")),
+            .ok_or_else(|| ReadError::OutsidePackage { file: file.to_owned(), package: package.to_owned() }),
         None => Ok(format!("{folder}/{file}")),
     }
 }
@@ -104,7 +105,7 @@ fn read_link(
     let inertial = link.child("inertial")?;
     let origin = inertial.child("origin")?;
     if vector(origin.required("rpy")?)? != DVec3::ZERO {
-        return Err("inertia is not along the link's axes".to_owned());
+        return Err(ReadError::wrong("inertia", "is not along the link's axes"));
     }
     let inertia = inertial.child("inertia")?;
     let [xx, xy, xz, yy, yz, zz] =
@@ -113,7 +114,7 @@ fn read_link(
     let mesh_path = |element: Node<'_, '_>| -> ReadResult<String> {
         let mesh = element.child("geometry")?.child("mesh")?;
         if vector(mesh.attribute("scale").unwrap_or("1 1 1"))? != DVec3::ONE {
-            return Err(format!("a mesh of {} is scaled", link.required("name")?));
+            return Err(ReadError::wrong(format!("a mesh of {}", link.required("name")?), "is scaled"));
         }
         mesh_file(mesh.required("filename")?, folder, package)
     };

@@ -3,6 +3,8 @@
 mod crate_layer;
 mod text_layer;
 
+pub use crate_layer::LayerError;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
@@ -13,7 +15,7 @@ use zip::ZipArchive;
 use geometry::{Pose, SimpleSolid, SimpleSolidKind};
 use scene::StandIn;
 
-use super::{Files, ReadBody, ReadContact, ReadHull, ReadLabels, ReadResult, ReadScene, tensor};
+use super::{Files, ReadBody, ReadContact, ReadError, ReadHull, ReadLabels, ReadResult, ReadScene, tensor};
 use crate_layer::CrateLayer;
 use text_layer::TextLayer;
 
@@ -26,24 +28,27 @@ pub fn read(files: &Files<'_>) -> ReadResult<ReadScene> {
 
 /// Reads a package. Its first file is the root layer; content must be uncompressed and aligned to 64 bytes.
 fn read_package(package: &[u8]) -> ReadResult<ReadScene> {
-    let mut archive =
-        ZipArchive::new(Cursor::new(package)).map_err(|error| format!("the package: {error}"))?;
+    let mut archive = ZipArchive::new(Cursor::new(package))?;
     let mut contents: Vec<(String, Vec<u8>)> = Vec::new();
     for index in 0..archive.len() {
-        let mut entry = archive.by_index(index).map_err(|error| format!("the package: {error}"))?;
-        let name = entry.name().map_err(|error| format!("the package: {error}"))?.into_owned();
+        let mut entry = archive.by_index(index)?;
+        let name = entry.name()?.into_owned();
         let begin = entry.data_start().unwrap_or_default();
         if entry.compressed_size() != entry.size() || begin == 0 || begin % 64 != 0 {
-            return Err(format!("{name} is compressed in the package or begins at byte {begin}"));
+            return Err(ReadError::PackageAlignment { name, begin });
         }
         let mut content = Vec::new();
-        entry.read_to_end(&mut content).map_err(|error| format!("{name} in the package: {error}"))?;
-        contents.push((name, content));
+        match entry.read_to_end(&mut content) {
+            Ok(_) => contents.push((name, content)),
+            Err(error) => return Err(ReadError::PackageEntry { name, error }),
+        }
     }
-    let (root, _) = contents.first().ok_or("the package is empty")?;
+    let (root, _) = contents.first().ok_or_else(|| ReadError::wrong("the package", "is empty"))?;
     read_stage(root, |path| {
         let found = contents.iter().find(|(name, _)| name == path);
-        found.map(|(_, content)| content.into()).ok_or_else(|| format!("{path} is not in the package"))
+        found
+            .map(|(_, content)| content.into())
+            .ok_or_else(|| ReadError::wrong(path, "is not in the package"))
     })
 }
 
@@ -108,20 +113,20 @@ fn read_stage<'a>(root: &str, content: impl Fn(&str) -> ReadResult<Cow<'a, [u8]>
 }
 
 fn opened<'a>(path: &str, bytes: &'a [u8]) -> ReadResult<Box<dyn Layer + 'a>> {
-    let error = |reason: String| format!("{path}: {reason}");
+    let error = |reason: LayerError| ReadError::from(reason).within(path);
     if path.ends_with(".usdc") {
         return Ok(Box::new(CrateLayer::open(bytes).map_err(error)?));
     }
-    let text = std::str::from_utf8(bytes).map_err(|_| error("is not UTF-8".to_owned()))?;
+    let text = std::str::from_utf8(bytes).map_err(|_| error(LayerError::NotUtf8))?;
     Ok(Box::new(TextLayer::open(text)))
 }
 
 /// Fails unless the layer is z up, in meters and kilograms.
 fn check_units(path: &str, layer: &dyn Layer) -> ReadResult<()> {
     for (field, wanted) in [("upAxis", "Z"), ("metersPerUnit", "1"), ("kilogramsPerUnit", "1")] {
-        let value = layer.field("", field)?;
-        if value.as_deref() != Some(wanted) {
-            return Err(format!("{path}: {field} is {value:?} instead of {wanted}"));
+        let found = layer.field("", field)?;
+        if found.as_deref() != Some(wanted) {
+            return Err(ReadError::Field { path: path.to_owned(), field, found, wanted });
         }
     }
     Ok(())
@@ -143,16 +148,19 @@ fn read_simulator_layers<'a>(
         ("MuJoCo", "MjcCollisionAPI", Some(["mjc:rollingfriction", "mjc:torsionalfriction"])),
         ("PhysX", "PhysxCollisionAPI", None),
     ] {
-        let path = prop.payload(&root, program)?.ok_or_else(|| format!("{name} has no variant {program}"))?;
+        let path = prop.payload(&root, program)?;
+        let path = path.ok_or_else(|| ReadError::lacks(name, format!("variant {program}")))?;
         let bytes = content(&path)?;
         let layer = opened(&path, &bytes)?;
         for hull in 0..hulls {
             let collider = format!("/{name}/colliders/hull_{hull:02}");
             if !layer.has_schema(&collider, schema)? {
-                return Err(format!("{path} of {name} does not make {collider} a collider of {program}"));
+                let name = name.to_owned();
+                return Err(ReadError::NoCollider { layer: path, name, collider, program });
             }
             if program == "Newton" && number(&*layer, &collider, "newton:contactGap")? != 0.0 {
-                return Err(format!("{path} of {name} lets contacts of {collider} begin at a distance"));
+                let name = name.to_owned();
+                return Err(ReadError::DistantContacts { layer: path, name, collider });
             }
         }
         if let Some([rolling, torsional]) = attributes {
@@ -162,7 +170,7 @@ fn read_simulator_layers<'a>(
     match coefficients.as_slice() {
         // Newton's coefficients are in single precision.
         &[newton, mujoco] if (0..2).all(|k| (newton[k] - mujoco[k]).abs() < 1e-6) => Ok(mujoco),
-        other => Err(format!("programs would read different frictions of {name}: {other:?}")),
+        _ => Err(ReadError::ProgramsDiffer { name: name.to_owned(), found: coefficients }),
     }
 }
 
@@ -170,7 +178,7 @@ fn read_prop(prop: &dyn Layer, name: &str, world_from_object: Pose, movable: boo
     let root = format!("/{name}");
     for schema in ["PhysicsRigidBodyAPI", "PhysicsMassAPI"] {
         if !prop.has_schema(&root, schema)? {
-            return Err(format!("{root} lacks {schema}"));
+            return Err(ReadError::NoSchema { prim: root, schema });
         }
     }
     let contact = format!("/{name}/Looks/Physics_material");
@@ -181,20 +189,20 @@ fn read_prop(prop: &dyn Layer, name: &str, world_from_object: Pose, movable: boo
         let Some(index) = path.strip_prefix(&colliders) else { continue };
         let enabled = prop.numbers(path, "physics:collisionEnabled")?;
         if !prop.has_schema(path, "PhysicsCollisionAPI")? || enabled.is_some_and(|value| value != [1.0]) {
-            return Err(format!("{path} does not collide"));
+            return Err(ReadError::wrong(path, "does not collide"));
         }
         if prop.target(path, "material:binding:physics")?.as_deref() != Some(contact.as_str()) {
-            return Err(format!("{path} is not bound to {contact}"));
+            return Err(ReadError::NotBound { collider: path.to_owned(), material: contact });
         }
-        let index = index.parse().map_err(|_| format!("{path} has no number"))?;
+        let index = index.parse().map_err(|_| ReadError::lacks(path, "number"))?;
         hulls.push((index, read_shape(prop, path)?));
     }
     hulls.sort_by_key(|(index, _)| *index);
     if !prop.has_schema(&contact, "PhysicsMaterialAPI")? {
-        return Err(format!("{contact} lacks PhysicsMaterialAPI"));
+        return Err(ReadError::NoSchema { prim: contact, schema: "PhysicsMaterialAPI" });
     }
     let word = |attribute: &str| {
-        prop.text(&root, attribute)?.ok_or_else(|| format!("{root}.{attribute} is missing"))
+        prop.text(&root, attribute)?.ok_or_else(|| ReadError::missing(format!("{root}.{attribute}")))
     };
     Ok(ReadBody {
         mass_kg: number(prop, &root, "physics:mass")?,
@@ -232,7 +240,7 @@ fn read_shape(prop: &dyn Layer, path: &str) -> ReadResult<ReadHull> {
     let type_name = prop.field(path, "typeName")?.unwrap_or_default();
     if type_name == "Mesh" {
         if prop.text(path, "physics:approximation")?.as_deref() != Some("convexHull") {
-            return Err(format!("{path} is not approximated by its convex hull"));
+            return Err(ReadError::wrong(path, "is not approximated by its convex hull"));
         }
         let corners = numbers(prop, path, "points")?;
         return Ok(ReadHull::Corners(corners.chunks_exact(3).map(DVec3::from_slice).collect()));
@@ -244,7 +252,7 @@ fn read_shape(prop: &dyn Layer, path: &str) -> ReadResult<ReadHull> {
         }
         "Sphere" => SimpleSolidKind::Sphere { radius_m: measure("radius")? },
         "Cylinder" | "Capsule" if prop.text(path, "axis")?.as_deref() != Some("Z") => {
-            return Err(format!("the axis of {path} is not z"));
+            return Err(ReadError::wrong(format!("the axis of {path}"), "is not z"));
         }
         "Cylinder" => SimpleSolidKind::Cylinder {
             radius_m: measure("radius")?,
@@ -253,7 +261,7 @@ fn read_shape(prop: &dyn Layer, path: &str) -> ReadResult<ReadHull> {
         "Capsule" => {
             SimpleSolidKind::Capsule { radius_m: measure("radius")?, half_length_m: 0.5 * measure("height")? }
         }
-        other => return Err(format!("the collider {path} is a {other:?}")),
+        _ => return Err(ReadError::ColliderKind { path: path.to_owned(), kind: type_name }),
     };
     let object_from_solid = Pose {
         translation_m: vector(prop, path, "xformOp:translate")?,
@@ -275,37 +283,41 @@ fn read_visual(prop: &dyn Layer, path: &str) -> ReadResult<Vec<[DVec3; 3]>> {
     let (counts, indices) =
         (numbers(prop, path, "faceVertexCounts")?, numbers(prop, path, "faceVertexIndices")?);
     if counts.iter().any(|count| *count != 3.0) || indices.len() != 3 * counts.len() {
-        return Err(format!("{path} has faces that are no triangles"));
+        return Err(ReadError::wrong(path, "has faces that are no triangles"));
     }
     let corner = |index: &f64| {
         let row = points.get(3 * *index as usize..3 * *index as usize + 3);
-        row.map(DVec3::from_slice).ok_or_else(|| format!("{path} has no point {index}"))
+        row.map(DVec3::from_slice).ok_or_else(|| ReadError::lacks(path, format!("point {index}")))
     };
     let corners: Vec<DVec3> = indices.iter().map(corner).collect::<ReadResult<_>>()?;
     Ok(corners.as_chunks::<3>().0.to_vec())
 }
 
 fn numbers(layer: &dyn Layer, prim: &str, attribute: &str) -> ReadResult<Vec<f64>> {
-    layer.numbers(prim, attribute)?.ok_or_else(|| format!("{prim}.{attribute} is missing"))
+    layer.numbers(prim, attribute)?.ok_or_else(|| ReadError::missing(format!("{prim}.{attribute}")))
+}
+
+fn miscounted(prim: &str, attribute: &str, found: &[f64], wanted: &'static str) -> ReadError {
+    ReadError::NumberCount { attribute: format!("{prim}.{attribute}"), found: found.len(), wanted }
 }
 
 fn number(layer: &dyn Layer, prim: &str, attribute: &str) -> ReadResult<f64> {
     match numbers(layer, prim, attribute)?.as_slice() {
         &[value] => Ok(value),
-        other => Err(format!("{prim}.{attribute} has {} numbers instead of one", other.len())),
+        other => Err(miscounted(prim, attribute, other, "one")),
     }
 }
 
 fn vector(layer: &dyn Layer, prim: &str, attribute: &str) -> ReadResult<DVec3> {
     match numbers(layer, prim, attribute)?.as_slice() {
         &[x, y, z] => Ok(DVec3::new(x, y, z)),
-        other => Err(format!("{prim}.{attribute} has {} numbers instead of three", other.len())),
+        other => Err(miscounted(prim, attribute, other, "three")),
     }
 }
 
 fn quaternion(layer: &dyn Layer, prim: &str, attribute: &str) -> ReadResult<DQuat> {
     match numbers(layer, prim, attribute)?.as_slice() {
         &[w, x, y, z] => Ok(DQuat::from_xyzw(x, y, z, w).normalize()),
-        other => Err(format!("{prim}.{attribute} has {} numbers instead of four", other.len())),
+        other => Err(miscounted(prim, attribute, other, "four")),
     }
 }

@@ -12,7 +12,7 @@ use geometry::TexturedMesh;
 
 use super::urdf::{mesh_file, package};
 use super::xml_node::{self, XmlNode};
-use super::{Files, ReadResult, Tolerances, ceil_to_power_of_ten, larger, points};
+use super::{Difference, Files, ReadError, ReadResult, Tolerances, ceil_to_power_of_ten, larger, points};
 
 /// Largest distance of a vertex from its position in the scene, per format, meters.
 #[derive(Clone, Copy, Debug)]
@@ -27,17 +27,17 @@ pub struct VertexDeviations {
 pub fn farthest_corner_m(
     mesh: &TexturedMesh,
     read: &BTreeMap<String, Vec<[DVec3; 3]>>,
-) -> Result<f64, String> {
+) -> Result<f64, Difference> {
+    let count = |found, of: String, wanted| Difference::Count { found, of, wanted };
     if read.len() != mesh.groups.len() {
-        return Err(format!("{} visual meshes instead of {}", read.len(), mesh.groups.len()));
+        return Err(count(read.len(), "visual meshes".to_owned(), mesh.groups.len()));
     }
     let mut farthest_m: f64 = 0.0;
     for group in &mesh.groups {
         let name = &mesh.materials[group.material].name;
-        let found = read.get(name).ok_or_else(|| format!("no visual mesh is of {name}"))?;
+        let found = read.get(name).ok_or_else(|| Difference::NoVisualOf(name.clone()))?;
         if found.len() != group.triangles.len() {
-            let wanted = group.triangles.len();
-            return Err(format!("{} triangles of {name} instead of {wanted}", found.len()));
+            return Err(count(found.len(), format!("triangles of {name}"), group.triangles.len()));
         }
         let corners = group.triangles.iter().flatten().zip(found.iter().flatten());
         farthest_m =
@@ -56,7 +56,7 @@ pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<VertexDeviations, E
             .par_iter()
             .zip(&paths)
             .map(|(body, paths)| farthest_m(body, paths, files))
-            .collect::<Result<_, String>>()
+            .collect::<Result<_, Difference>>()
             .map_err(|difference| ExportError::RoundTripMismatch { format, difference })?;
         Ok(ceil_to_power_of_ten(worst.into_iter().fold(0.0, larger)))
     };
@@ -67,21 +67,20 @@ pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<VertexDeviations, E
     })
 }
 
-fn farthest_m(body: &Body, paths: &[String], files: &Files<'_>) -> Result<f64, String> {
+fn farthest_m(body: &Body, paths: &[String], files: &Files<'_>) -> Result<f64, Difference> {
+    let count = |owner: &str, found, of, wanted| {
+        let owner = owner.to_owned();
+        Difference::CountOf { owner, found, of, wanted }
+    };
     let mesh = &body.visual;
     if paths.len() != mesh.groups.len() {
-        return Err(format!(
-            "{} has {} visual meshes instead of {}",
-            body.name,
-            paths.len(),
-            mesh.groups.len()
-        ));
+        return Err(count(&body.name, paths.len(), "visual meshes", mesh.groups.len()));
     }
     let mut farthest: f64 = 0.0;
     for (group, path) in mesh.groups.iter().zip(paths) {
-        let found = triangles(files.text(path)?).map_err(|why| format!("{path}: {why}"))?;
+        let found = triangles(files.text(path)?).map_err(|error| error.within(path))?;
         if found.len() != group.triangles.len() {
-            return Err(format!("{path} has {} triangles instead of {}", found.len(), group.triangles.len()));
+            return Err(count(path, found.len(), "triangles", group.triangles.len()));
         }
         for (found, wanted) in found.iter().zip(&group.triangles) {
             for (a, b) in found.iter().zip(wanted) {
@@ -89,7 +88,7 @@ fn farthest_m(body: &Body, paths: &[String], files: &Files<'_>) -> Result<f64, S
             }
         }
         if farthest.is_nan() || farthest > Tolerances::BUNDLE.vertex_m {
-            return Err(format!("a vertex of {path} is {farthest} m off"));
+            return Err(Difference::Vertex { path: path.clone(), off_m: farthest });
         }
     }
     Ok(farthest)
@@ -108,7 +107,7 @@ fn triangles(text: &str) -> ReadResult<Vec<[DVec3; 3]>> {
             };
             match face.split(' ').map(corner).collect::<Option<Vec<DVec3>>>().as_deref() {
                 Some(&[a, b, c]) => found.push([a, b, c]),
-                _ => return Err(format!("{face:?} is no triangle of {} corners", corners.len())),
+                _ => return Err(ReadError::NotTriangle { face: face.to_owned(), corners: corners.len() }),
             }
         }
     }
@@ -135,13 +134,13 @@ fn mjcf(bodies: &[Body], files: &Files<'_>) -> Paths {
     let (assets, world) = (root.child("asset")?, root.child("worldbody")?);
     let of = |body: &Body| {
         let here = |element: &Node<'_, '_>| element.attribute("name") == Some(&body.name);
-        let found = world.all("body").find(here).ok_or_else(|| format!("{} is missing", body.name))?;
+        let found = world.all("body").find(here).ok_or_else(|| ReadError::missing(&body.name))?;
         let path = |geom: Node<'_, '_>| {
             let name = geom.required("mesh")?;
             let mesh = assets.all("mesh").find(|mesh| mesh.attribute("name") == Some(name));
-            let mesh = mesh.ok_or_else(|| format!("the mesh {name} is missing"))?;
+            let mesh = mesh.ok_or_else(|| ReadError::missing(format!("the mesh {name}")))?;
             if mesh.attribute("scale").is_some() {
-                return Err(format!("the mesh {name} is scaled"));
+                return Err(ReadError::wrong(format!("the mesh {name}"), "is scaled"));
             }
             Ok(format!("mjcf/assets/{}", mesh.required("file")?))
         };

@@ -2,11 +2,11 @@
 
 use roxmltree::{Document, ExpandedName, Node};
 
-use super::ReadResult;
+use super::{ReadError, ReadResult};
 
 /// Parses a document. Unclosed elements, duplicate attributes, undeclared prefixes and DTDs are errors.
 pub fn parse(text: &str) -> ReadResult<Document<'_>> {
-    Document::parse(text).map_err(|error| error.to_string())
+    Ok(Document::parse(text)?)
 }
 
 /// Queries for child elements and attributes that must exist. Plain names belong to no namespace.
@@ -39,16 +39,16 @@ impl<'a, 'input: 'a> XmlNode<'a, 'input> for Node<'a, 'input> {
     fn child<'n>(self, name: impl Into<ExpandedName<'n, 'n>>) -> ReadResult<Node<'a, 'input>> {
         let name = name.into();
         let child = self.all(name).next();
-        child.ok_or_else(|| format!("<{}> has no <{}>", self.tag_name().name(), name.name()))
+        child.ok_or_else(|| ReadError::lacks(tag(self), format!("<{}>", name.name())))
     }
 
     fn required(self, name: &str) -> ReadResult<&'a str> {
-        self.attribute(name).ok_or_else(|| format!("<{}> has no attribute {name}", self.tag_name().name()))
+        self.attribute(name).ok_or_else(|| ReadError::lacks(tag(self), format!("attribute {name}")))
     }
 
     fn number(self, name: &str) -> ReadResult<f64> {
         let text = self.required(name)?;
-        text.parse().map_err(|_| format!("{text:?} is no number"))
+        text.parse().map_err(|_| ReadError::not_a("number", text))
     }
 
     fn content(self) -> String {
@@ -57,6 +57,11 @@ impl<'a, 'input: 'a> XmlNode<'a, 'input> for Node<'a, 'input> {
 
     fn text_number(self) -> ReadResult<f64> {
         let text = self.content();
-        text.trim().parse().map_err(|_| format!("{text:?} in <{}> is no number", self.tag_name().name()))
+        let element = self.tag_name().name();
+        text.trim().parse().map_err(|_| ReadError::ElementNotNumber { element: element.to_owned(), text })
     }
+}
+
+fn tag(element: Node<'_, '_>) -> String {
+    format!("<{}>", element.tag_name().name())
 }

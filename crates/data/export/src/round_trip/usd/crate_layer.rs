@@ -2,12 +2,15 @@
 //! the layer is opened, values on access.
 
 mod bytes;
+mod error;
 mod value;
+
+pub use error::LayerError;
 
 use std::collections::BTreeMap;
 
 use super::Layer;
-use crate::round_trip::ReadResult;
+use crate::round_trip::{ReadError, ReadResult};
 use bytes::{Bytes, integers, unpacked};
 use value::Word;
 
@@ -28,6 +31,8 @@ pub struct CrateLayer<'a> {
 
 type Fields = BTreeMap<String, Word>;
 
+type LayerResult<T> = Result<T, LayerError>;
+
 /// Kinds of specs.
 const ATTRIBUTE: u32 = 1;
 const PRIM: u32 = 6;
@@ -37,14 +42,14 @@ const VARIANT: u32 = 10;
 const VARIANT_SET: u32 = 11;
 
 impl<'a> CrateLayer<'a> {
-    pub fn open(file: &'a [u8]) -> ReadResult<Self> {
+    pub fn open(file: &'a [u8]) -> LayerResult<Self> {
         if !file.starts_with(b"PXR-USDC") {
-            return Err("does not begin like a crate file".to_owned());
+            return Err(LayerError::NotCrate);
         }
         let mut header = Bytes::at(file, 8)?;
         let [major, minor, ..] = header.array::<8>()?;
         if (major, minor) != (0, 8) && (major, minor) != (0, 9) {
-            return Err(format!("is of version {major}.{minor}"));
+            return Err(LayerError::Version { major, minor });
         }
         let mut contents = Bytes::at(file, header.length()?)?;
         let mut sections = BTreeMap::new();
@@ -53,11 +58,11 @@ impl<'a> CrateLayer<'a> {
             let name = String::from_utf8_lossy(&name).trim_end_matches('\0').to_owned();
             let (start, size) = (contents.length()?, contents.length()?);
             let section = start.checked_add(size).and_then(|end| file.get(start..end));
-            sections.insert(name.clone(), section.ok_or_else(|| format!("{name} ends behind the file"))?);
+            sections.insert(name.clone(), section.ok_or(LayerError::SectionEndsBehind(name))?);
         }
-        let section = |name: &str| match sections.get(name) {
+        let section = |name: &'static str| match sections.get(name) {
             Some(section) => Bytes::at(section, 0),
-            None => Err(format!("has no section {name}")),
+            None => Err(LayerError::NoSection(name)),
         };
         let tokens = read_tokens(section("TOKENS")?)?;
         let mut layer = Self {
@@ -79,11 +84,11 @@ impl<'a> CrateLayer<'a> {
         let [numbers, begins, kinds] =
             [integers(&mut specs, count)?, integers(&mut specs, count)?, integers(&mut specs, count)?];
         for ((number, begin), kind) in numbers.into_iter().zip(begins).zip(kinds) {
-            let path = paths.get(&number).ok_or("a spec stands at no path")?.clone();
-            let set = sets.get(begin as usize..).ok_or("a spec has no fields")?;
+            let path = paths.get(&number).ok_or(LayerError::SpecWithoutPath)?.clone();
+            let set = sets.get(begin as usize..).ok_or(LayerError::SpecWithoutFields)?;
             let mut spec_fields = Fields::new();
             for field in set.iter().take_while(|field| **field >= 0) {
-                let (name, word) = fields.get(*field as usize).ok_or("a field is missing")?;
+                let (name, word) = fields.get(*field as usize).ok_or(LayerError::NoField)?;
                 spec_fields.insert(name.clone(), *word);
             }
             let known = match kind as u32 {
@@ -91,23 +96,23 @@ impl<'a> CrateLayer<'a> {
                 VARIANT => layer.variants.insert(path, spec_fields),
                 PSEUDO_ROOT | PRIM => layer.prims.insert(path, spec_fields),
                 ATTRIBUTE | RELATIONSHIP => layer.properties.insert(path, spec_fields),
-                other => return Err(format!("{path} is a spec of kind {other}")),
+                kind => return Err(LayerError::SpecKind { path, kind }),
             };
             if known.is_some() {
-                return Err("a spec stands twice at one path".to_owned());
+                return Err(LayerError::SpecTwice);
             }
         }
         layer.paths = paths;
         Ok(layer)
     }
 
-    fn read_fields(&self, mut section: Bytes<'_>) -> ReadResult<Vec<(String, Word)>> {
+    fn read_fields(&self, mut section: Bytes<'_>) -> LayerResult<Vec<(String, Word)>> {
         let count = section.length()?;
         let names = integers(&mut section, count)?;
-        let size = count.checked_mul(8).ok_or("tells of too many fields")?;
+        let size = count.checked_mul(8).ok_or(LayerError::TooMany("fields"))?;
         let words = unpacked(&mut section, size)?;
         if words.len() != size {
-            return Err("fields have no values".to_owned());
+            return Err(LayerError::NoValues);
         }
         let words = words.chunks_exact(8).map(|word| Word::new(word.try_into().expect("eight bytes")));
         names
@@ -118,7 +123,7 @@ impl<'a> CrateLayer<'a> {
     }
 
     /// Paths by path index.
-    fn read_paths(&self, mut section: Bytes<'_>) -> ReadResult<BTreeMap<i32, String>> {
+    fn read_paths(&self, mut section: Bytes<'_>) -> LayerResult<BTreeMap<i32, String>> {
         let _with_the_empty_one = section.length()?;
         let count = section.length()?;
         let rows =
@@ -132,7 +137,7 @@ impl<'a> CrateLayer<'a> {
             let parent_here = parent_at.remove(&row).or(parent.take());
             let path = match &parent_here {
                 None if row == 0 => String::new(),
-                None => return Err(format!("row {row} of the paths has no parent")),
+                None => return Err(LayerError::NoParent(row)),
                 Some(above) if token < 0 => format!("{above}.{}", self.token(token.unsigned_abs())?),
                 Some(above) => format!("{above}/{}", self.token(token as u32)?),
             };
@@ -142,27 +147,23 @@ impl<'a> CrateLayer<'a> {
                 -1 => Some(path.clone()),
                 -2 => None,
                 ahead if ahead > 0 => {
-                    let above = parent_here.ok_or("something stands beside the root")?;
+                    let above = parent_here.ok_or(LayerError::BesideRoot)?;
                     parent_at.insert(row + ahead as usize, above);
                     Some(path.clone())
                 }
-                other => return Err(format!("a path is followed by {other}")),
+                other => return Err(LayerError::PathJump(other)),
             };
             paths.insert(number, path);
         }
         Ok(paths)
     }
 
-    fn token(&self, number: u32) -> ReadResult<&str> {
-        self.tokens
-            .get(number as usize)
-            .map(String::as_str)
-            .ok_or_else(|| format!("there is no token {number}"))
+    fn token(&self, number: u32) -> LayerResult<&str> {
+        self.tokens.get(number as usize).map(String::as_str).ok_or(LayerError::NoToken(number))
     }
 
-    fn string(&self, number: u32) -> ReadResult<&str> {
-        let token =
-            self.strings.get(number as usize).ok_or_else(|| format!("there is no string {number}"))?;
+    fn string(&self, number: u32) -> LayerResult<&str> {
+        let token = self.strings.get(number as usize).ok_or(LayerError::NoString(number))?;
         self.token(*token)
     }
 
@@ -182,18 +183,18 @@ impl<'a> CrateLayer<'a> {
     }
 }
 
-fn read_tokens(mut section: Bytes<'_>) -> ReadResult<Vec<String>> {
+fn read_tokens(mut section: Bytes<'_>) -> LayerResult<Vec<String>> {
     let (count, size) = (section.length()?, section.length()?);
     let text = unpacked(&mut section, size)?;
-    let text = String::from_utf8(text).map_err(|_| "a token is not UTF-8")?;
+    let text = String::from_utf8(text).map_err(|_| LayerError::TokenNotUtf8)?;
     let tokens: Vec<String> = text.split_terminator('\0').map(str::to_owned).collect();
     if tokens.len() != count {
-        return Err(format!("has {} tokens instead of {count}", tokens.len()));
+        return Err(LayerError::TokenCount { found: tokens.len(), wanted: count });
     }
     Ok(tokens)
 }
 
-fn read_strings(mut section: Bytes<'_>) -> ReadResult<Vec<u32>> {
+fn read_strings(mut section: Bytes<'_>) -> LayerResult<Vec<u32>> {
     (0..section.length()?).map(|_| Ok(u32::from_le_bytes(section.array()?))).collect()
 }
 
@@ -210,8 +211,9 @@ impl Layer for CrateLayer<'_> {
     }
 
     fn numbers(&self, prim: &str, attribute: &str) -> ReadResult<Option<Vec<f64>>> {
+        let place = || format!("{prim}.{attribute}");
         let read =
-            |word: Word| word.numbers(self.file).map_err(|reason| format!("{prim}.{attribute}: {reason}"));
+            |word: Word| word.numbers(self.file).map_err(|error| ReadError::from(error).within(place()));
         self.default_of(prim, attribute).map(read).transpose()
     }
 
@@ -242,7 +244,7 @@ impl Layer for CrateLayer<'_> {
         let number = word.first_explicit_path(self.file)?;
         match self.paths.get(&number) {
             Some(path) => Ok(Some(path.clone())),
-            None => Err(format!("{prim}.{relationship} leads to no path")),
+            None => Err(ReadError::wrong(format!("{prim}.{relationship}"), "leads to no path")),
         }
     }
 
@@ -269,20 +271,22 @@ mod tests {
             let (text, layer) = (TextLayer::open(&text), CrateLayer::open(&bytes).expect("our own file"));
             assert_eq!(layer.prims(), text.prims());
             for prim in layer.prims() {
-                assert_eq!(layer.reference(prim), text.reference(prim), "{prim}");
-                assert_eq!(layer.field(prim, "displayName"), text.field(prim, "displayName"), "{prim}");
+                assert_eq!(layer.reference(prim).ok(), text.reference(prim).ok(), "{prim}");
+                let name = layer.field(prim, "displayName").ok();
+                assert_eq!(name, text.field(prim, "displayName").ok(), "{prim}");
                 for name in ["Newton", "MuJoCo", "aSet", "PhysicsMassAPI", "MadeUpAPI"] {
-                    assert_eq!(layer.payload(prim, name), text.payload(prim, name), "{prim}");
-                    assert_eq!(layer.has_schema(prim, name), text.has_schema(prim, name), "{prim}");
+                    assert_eq!(layer.payload(prim, name).ok(), text.payload(prim, name).ok(), "{prim}");
+                    assert_eq!(layer.has_schema(prim, name).ok(), text.has_schema(prim, name).ok(), "{prim}");
                 }
             }
             for field in ["upAxis", "metersPerUnit", "kilogramsPerUnit", "defaultPrim"] {
-                assert_eq!(layer.field("", field), text.field("", field), "{field}");
+                assert_eq!(layer.field("", field).ok(), text.field("", field).ok(), "{field}");
             }
             for path in layer.properties.keys() {
                 let (prim, attribute) = path.split_once('.').expect("a property");
                 if let Some(target) = layer.target(prim, attribute).expect("a path") {
-                    assert_eq!(text.target(prim, attribute), Ok(Some(target)), "{path} of layer {seed}");
+                    let written = text.target(prim, attribute).expect("a path");
+                    assert_eq!(written, Some(target), "{path} of layer {seed}");
                 }
                 let Ok(Some(found)) = layer.numbers(prim, attribute) else { continue };
                 let written = text.numbers(prim, attribute).expect("numbers").expect("there");

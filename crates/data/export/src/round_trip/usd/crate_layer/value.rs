@@ -1,7 +1,7 @@
 //! The 64-bit value word of a field, and the value it represents.
 
 use super::bytes::{Bytes, integers};
-use crate::round_trip::ReadResult;
+use super::{LayerError, LayerResult};
 
 /// Bit 63: array; 62: inlined value; 61: compressed; 48 to 55: type; lower 48 bits: value or file offset.
 #[derive(Clone, Copy)]
@@ -52,7 +52,7 @@ impl Word {
         self.0 & ((1 << 48) - 1)
     }
 
-    fn content(self, file: &[u8]) -> ReadResult<Bytes<'_>> {
+    fn content(self, file: &[u8]) -> LayerResult<Bytes<'_>> {
         Bytes::at(file, self.payload() as usize)
     }
 
@@ -62,52 +62,52 @@ impl Word {
     }
 
     /// The index of a token, asset path or string; of an array of tokens the first index.
-    pub fn token(self, file: &[u8]) -> ReadResult<u32> {
+    pub fn token(self, file: &[u8]) -> LayerResult<u32> {
         match (self.of_type(), self.is_array(), self.is_inlined()) {
             (TOKEN | ASSET_PATH | STRING, false, true) => Ok(self.payload() as u32),
             (TOKEN, true, false) if self.payload() > 0 => {
                 let mut content = self.content(file)?;
                 match content.length()? {
-                    0 => Err("an array of tokens is empty".to_owned()),
+                    0 => Err(LayerError::EmptyTokens),
                     _ => Ok(u32::from_le_bytes(content.array()?)),
                 }
             }
-            (other, ..) => Err(format!("a value of type {other} is no token")),
+            (other, ..) => Err(LayerError::ValueNotToken(other)),
         }
     }
 
     /// The string index of the first layer in a prepended list of references or payloads.
-    pub fn first_prepended(self, file: &[u8]) -> ReadResult<u32> {
+    pub fn first_prepended(self, file: &[u8]) -> LayerResult<u32> {
         let mut content = self.content(file)?;
         let [edit] = content.array()?;
         if ![REFERENCES, PAYLOADS].contains(&self.of_type()) || edit != PREPENDED || content.length()? == 0 {
-            return Err("references or payloads are not prepended".to_owned());
+            return Err(LayerError::NotPrepended("references or payloads"));
         }
         Ok(u32::from_le_bytes(content.array()?))
     }
 
     /// Token indices of a prepended list.
-    pub fn prepended_tokens(self, file: &[u8]) -> ReadResult<Vec<u32>> {
+    pub fn prepended_tokens(self, file: &[u8]) -> LayerResult<Vec<u32>> {
         let mut content = self.content(file)?;
         let [edit] = content.array()?;
         if self.of_type() != TOKENS || edit != PREPENDED {
-            return Err("tokens are not prepended".to_owned());
+            return Err(LayerError::NotPrepended("tokens"));
         }
         (0..content.length()?).map(|_| Ok(u32::from_le_bytes(content.array()?))).collect()
     }
 
     /// The path index of the first path of an explicit list.
-    pub fn first_explicit_path(self, file: &[u8]) -> ReadResult<i32> {
+    pub fn first_explicit_path(self, file: &[u8]) -> LayerResult<i32> {
         let mut content = self.content(file)?;
         let [edit] = content.array()?;
         if self.of_type() != PATHS || edit != EXPLICIT || content.length()? == 0 {
-            return Err("a list of paths is empty or replaces nothing".to_owned());
+            return Err(LayerError::NoExplicitPath);
         }
         Ok(i32::from_le_bytes(content.array()?))
     }
 
     /// All numbers, flattened; quaternions as w, x, y, z.
-    pub fn numbers(self, file: &[u8]) -> ReadResult<Vec<f64>> {
+    pub fn numbers(self, file: &[u8]) -> LayerResult<Vec<f64>> {
         let shape = match self.of_type() {
             1 | 3 => Shape::Integers,
             8 => Shape::Singles(1),
@@ -118,7 +118,7 @@ impl Word {
             23 => Shape::Doubles(3),
             24 => Shape::Singles(3),
             28 => Shape::Singles(4),
-            other => return Err(format!("a value of type {other} is no numbers")),
+            other => return Err(LayerError::ValueNotNumbers(other)),
         };
         if self.is_inlined() {
             return Ok(self.inlined_numbers(&shape));
@@ -132,13 +132,13 @@ impl Word {
             let found = match self.is_compressed() {
                 true => integers(&mut content, rows)?,
                 false => {
-                    (0..rows).map(|_| Ok(i32::from_le_bytes(content.array()?))).collect::<ReadResult<_>>()?
+                    (0..rows).map(|_| Ok(i32::from_le_bytes(content.array()?))).collect::<LayerResult<_>>()?
                 }
             };
             return Ok(found.into_iter().map(f64::from).collect());
         }
         if self.is_compressed() {
-            return Err("numbers with a point are compressed".to_owned());
+            return Err(LayerError::CompressedNumbers);
         }
         let mut found = Vec::new();
         for _ in 0..rows {
@@ -170,14 +170,14 @@ impl Word {
     }
 }
 
-fn push_doubles(found: &mut Vec<f64>, content: &mut Bytes<'_>, count: usize) -> ReadResult<()> {
+fn push_doubles(found: &mut Vec<f64>, content: &mut Bytes<'_>, count: usize) -> LayerResult<()> {
     for _ in 0..count {
         found.push(f64::from_le_bytes(content.array()?));
     }
     Ok(())
 }
 
-fn push_singles(found: &mut Vec<f64>, content: &mut Bytes<'_>, count: usize) -> ReadResult<()> {
+fn push_singles(found: &mut Vec<f64>, content: &mut Bytes<'_>, count: usize) -> LayerResult<()> {
     for _ in 0..count {
         found.push(f32::from_le_bytes(content.array()?).into());
     }
