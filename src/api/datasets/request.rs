@@ -122,8 +122,8 @@ impl DatasetBody {
             wrong("/seed", format!("must be at most {MAX_SEED}"));
         }
         let disjoint = self.disjoint.map_or(Ok(LeakageRules::ALL), |kinds| kinds.join(",").parse());
-        let disjoint = disjoint.unwrap_or_else(|detail| {
-            wrong("/disjoint", detail);
+        let disjoint = disjoint.unwrap_or_else(|error| {
+            wrong("/disjoint", error.to_string());
             LeakageRules::NONE
         });
         let shard_mb = self.shard_mb.unwrap_or(USUAL_SHARD_MB);
@@ -158,7 +158,7 @@ fn plan(splits: Option<Map<String, Value>>, seed: u64) -> Result<SplitPlan, <Spl
             parts.join(",")
         }
     };
-    let plan: SplitPlan = text.parse()?;
+    let plan = text.parse::<SplitPlan>().map_err(|error| error.to_string())?;
     Ok(SplitPlan { seed, ..plan })
 }
 

@@ -74,8 +74,8 @@ impl BatchRequest {
     pub fn violations(&self) -> Vec<Violation> {
         let mut violations = Vec::new();
         let mut wrong = |pointer: String, detail: String| violations.push(Violation { pointer, detail });
-        if let Err(detail) = check_custom_id(&self.custom_id) {
-            wrong("/custom_id".into(), detail);
+        if let Err(error) = check_custom_id(&self.custom_id) {
+            wrong("/custom_id".into(), error.to_string());
         }
         let body = &self.body;
         if body.text.is_none() && body.image.is_none() {
@@ -110,24 +110,37 @@ impl RequestBody {
     }
 }
 
+/// The requirement that a name does not meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CustomIdError {
+    #[error("is empty; give every request a name")]
+    Empty,
+    #[error("has {length} characters; at most {MAX_CUSTOM_ID_CHARS} are allowed")]
+    TooLong { length: usize },
+    #[error(
+        "must begin with a letter or digit and have only A-Z, a-z, 0-9, `_`, `-` and `.`: a folder gets this name"
+    )]
+    Characters,
+    #[error("must not end with {}: files of the batch have such names", RESERVED_ENDS.join(", "))]
+    ReservedEnd,
+}
+
 /// Checks a name: it becomes the name of a folder.
 ///
 /// # Errors
 ///
 /// The requirement that the name does not meet.
-pub fn check_custom_id(custom_id: &str) -> Result<(), String> {
+pub fn check_custom_id(custom_id: &str) -> Result<(), CustomIdError> {
     let length = custom_id.chars().count();
     let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     if custom_id.is_empty() {
-        Err("is empty; give every request a name".into())
+        Err(CustomIdError::Empty)
     } else if length > MAX_CUSTOM_ID_CHARS {
-        Err(format!("has {length} characters; at most {MAX_CUSTOM_ID_CHARS} are allowed"))
+        Err(CustomIdError::TooLong { length })
     } else if !custom_id.chars().all(allowed) || !custom_id.starts_with(|c: char| c.is_ascii_alphanumeric()) {
-        Err("must begin with a letter or digit and have only A-Z, a-z, 0-9, `_`, `-` and `.`: \
-             a folder gets this name"
-            .into())
+        Err(CustomIdError::Characters)
     } else if RESERVED_ENDS.iter().any(|end| custom_id.to_ascii_lowercase().ends_with(end)) {
-        Err(format!("must not end with {}: files of the batch have such names", RESERVED_ENDS.join(", ")))
+        Err(CustomIdError::ReservedEnd)
     } else {
         Ok(())
     }
@@ -170,7 +183,7 @@ mod tests {
             ("output.jsonl", ".jsonl"),
             ("a.ZIP", ".zip"),
         ] {
-            let detail = check_custom_id(name).expect_err(name);
+            let detail = check_custom_id(name).expect_err(name).to_string();
             assert!(detail.contains(says), "{name}: {detail}");
         }
     }

@@ -37,6 +37,21 @@ pub enum VerdictCondition {
     Any,
 }
 
+/// The reason why a text is no filter; the message states the correction.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FilterError {
+    #[error("{0:?} is not of the form KEY=VALUE")]
+    NoValue(String),
+    #[error("{key} needs a whole number, not {value:?}")]
+    NotWhole { key: String, value: String },
+    #[error("verdict is pass, quarantine or any, not {0:?}")]
+    Verdict(String),
+    #[error(
+        "{0:?} is no condition; give verdict, min_objects, max_objects, category, not_category or label.NAME"
+    )]
+    UnknownKey(String),
+}
+
 impl Filter {
     /// The first condition that the scene does not meet, by its name; `None` for a scene that is selected.
     pub fn refusal(&self, facts: &SceneFacts, record: Option<&BatchRecord>) -> Option<&'static str> {
@@ -65,16 +80,18 @@ impl Filter {
     ///
     /// # Errors
     ///
-    /// A sentence that states the correction.
-    pub fn add(&mut self, key: &str, value: &str) -> Result<(), String> {
-        let number = || value.parse().map_err(|_| format!("{key} needs a whole number, not {value:?}"));
+    /// [`FilterError`] for another key, or a value that is none of the key.
+    pub fn add(&mut self, key: &str, value: &str) -> Result<(), FilterError> {
+        let given = || value.to_owned();
+        let number =
+            || value.parse().map_err(|_| FilterError::NotWhole { key: key.to_owned(), value: given() });
         match key {
             "verdict" => {
                 self.verdict = match value {
                     "pass" => VerdictCondition::Pass,
                     "quarantine" => VerdictCondition::Quarantine,
                     "any" => VerdictCondition::Any,
-                    _ => return Err(format!("verdict is pass, quarantine or any, not {value:?}")),
+                    _ => return Err(FilterError::Verdict(given())),
                 };
             }
             "min_objects" => self.min_objects = Some(number()?),
@@ -85,12 +102,7 @@ impl Filter {
                 Some(name) if !name.is_empty() => {
                     self.labels.insert(name.to_owned(), value.to_owned());
                 }
-                _ => {
-                    return Err(format!(
-                        "{key:?} is no condition; give verdict, min_objects, max_objects, category, \
-                         not_category or label.NAME"
-                    ));
-                }
+                _ => return Err(FilterError::UnknownKey(key.to_owned())),
             },
         }
         Ok(())
@@ -98,14 +110,13 @@ impl Filter {
 }
 
 impl FromStr for Filter {
-    type Err = String;
+    type Err = FilterError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, FilterError> {
         let mut filter = Self::default();
         for condition in text.split(',').map(str::trim).filter(|condition| !condition.is_empty()) {
-            let (key, value) = condition
-                .split_once('=')
-                .ok_or_else(|| format!("{condition:?} is not of the form KEY=VALUE"))?;
+            let (key, value) =
+                condition.split_once('=').ok_or_else(|| FilterError::NoValue(condition.to_owned()))?;
             filter.add(key.trim(), value.trim())?;
         }
         for list in [&mut filter.required_categories, &mut filter.excluded_categories] {

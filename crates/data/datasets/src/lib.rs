@@ -16,7 +16,7 @@
 //! let groups = [Group::of(["a", "b"]), Group::of(["c", "d"])];
 //! let splits = assign(&groups, &plan, &Default::default());
 //! assert_ne!(splits[0], splits[1]);
-//! # Ok::<(), String>(())
+//! # Ok::<(), datasets::splits::SplitPlanError>(())
 //! ```
 
 // What is read.

@@ -59,11 +59,18 @@ impl LeakageRules {
     }
 }
 
+/// A word that names no kind of sharing.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{kind:?} is no kind; give lineage, text, image, mesh, or none")]
+pub struct UnknownKind {
+    pub kind: String,
+}
+
 impl FromStr for LeakageRules {
-    type Err = String;
+    type Err = UnknownKind;
 
     /// A list such as `lineage,text`; `none` for no rule.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, UnknownKind> {
         let mut rules = Self::NONE;
         for kind in text.split(',').map(str::trim).filter(|kind| !kind.is_empty()) {
             match kind {
@@ -72,7 +79,7 @@ impl FromStr for LeakageRules {
                 "image" => rules.image = true,
                 "mesh" => rules.mesh = true,
                 "none" if text.trim() == "none" => {}
-                _ => return Err(format!("{kind:?} is no kind; give lineage, text, image, mesh, or none")),
+                _ => return Err(UnknownKind { kind: kind.to_owned() }),
             }
         }
         Ok(rules)

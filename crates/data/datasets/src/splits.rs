@@ -37,33 +37,45 @@ pub struct SplitRatio {
     pub ratio: f64,
 }
 
+/// The reason why a text is no plan of splits; the message states the correction.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SplitPlanError {
+    #[error("{0:?} is not of the form NAME=RATIO, such as train=0.8")]
+    NoRatio(String),
+    #[error("{0:?} must be a name of lower-case letters, digits and _, given once")]
+    Name(String),
+    #[error("{0:?} is no number")]
+    NotNumber(String),
+    #[error("the ratio of {0} must be from 0 to 1")]
+    Ratio(String),
+    #[error("the ratios must have the sum 1, and have {0}")]
+    Sum(f64),
+}
+
 impl FromStr for SplitPlan {
-    type Err = String;
+    type Err = SplitPlanError;
 
     /// A list such as `train=0.8,validation=0.1,test=0.1`, or `none` for one split `all` of all scenes; the seed is 0.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, SplitPlanError> {
         let mut ratios: Vec<SplitRatio> = Vec::new();
         let text = if text.trim() == "none" { "all=1" } else { text };
         for part in text.split(',').map(str::trim) {
-            let (name, ratio) = part
-                .split_once('=')
-                .ok_or_else(|| format!("{part:?} is not of the form NAME=RATIO, such as train=0.8"))?;
+            let (name, ratio) =
+                part.split_once('=').ok_or_else(|| SplitPlanError::NoRatio(part.to_owned()))?;
             let is_name = (1..=32).contains(&name.len())
                 && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
             if !is_name || ratios.iter().any(|other| other.name == name) {
-                return Err(format!(
-                    "{name:?} must be a name of lower-case letters, digits and _, given once"
-                ));
+                return Err(SplitPlanError::Name(name.to_owned()));
             }
-            let ratio: f64 = ratio.parse().map_err(|_| format!("{ratio:?} is no number"))?;
+            let ratio: f64 = ratio.parse().map_err(|_| SplitPlanError::NotNumber(ratio.to_owned()))?;
             if !(0.0..=1.0).contains(&ratio) {
-                return Err(format!("the ratio of {name} must be from 0 to 1"));
+                return Err(SplitPlanError::Ratio(name.to_owned()));
             }
             ratios.push(SplitRatio { name: name.to_owned(), ratio });
         }
         let sum: f64 = ratios.iter().map(|split| split.ratio).sum();
         if (sum - 1.0).abs() > 1e-6 {
-            return Err(format!("the ratios must have the sum 1, and have {sum}"));
+            return Err(SplitPlanError::Sum(sum));
         }
         Ok(Self { ratios, seed: 0 })
     }

@@ -8,7 +8,7 @@ use episodes::frame::{CameraFrame, Frame};
 use episodes::point_cloud::PointCloud;
 use manipulation::execution::{Execution, RobotStart, TaskScene, execute};
 use manipulation::world::WorldOptions;
-use physics::{Body, SettleSettings};
+use physics::{Body, SettleError, SettleSettings};
 use runtime::CancelFlag;
 use runtime::seed::{child_rng, child_seed};
 
@@ -53,7 +53,7 @@ pub fn attempt(setup: &Setup, number: u64, keeps_failures: bool) -> Result<Attem
     };
     let scene = match settled(sampled(setup, &sample)) {
         Ok(scene) => scene,
-        Err(detail) => return failed("unstable_arrangement", detail),
+        Err(unstable) => return failed("unstable_arrangement", unstable.to_string()),
     };
     let start = RobotStart {
         world_from_base: Some(work.base()),
@@ -108,12 +108,23 @@ fn sampled(setup: &Setup, sample: &Sample) -> TaskScene {
     }
 }
 
+/// Reason why an arrangement is not stable.
+#[derive(Debug, thiserror::Error)]
+enum Unstable {
+    #[error(transparent)]
+    Settling(#[from] SettleError),
+    #[error("the objects do not rest after {SETTLE_S} s")]
+    NotAtRest,
+    #[error("{name} moved by {:.1} mm", 1e3 * .moved_m)]
+    Moved { name: String, moved_m: f64 },
+}
+
 /// The scene at rest: the certificate of an arrangement.
 ///
 /// # Errors
 ///
-/// Which object does not stay, in words.
-fn settled(mut scene: TaskScene) -> Result<TaskScene, String> {
+/// [`Unstable`] if an object does not stay.
+fn settled(mut scene: TaskScene) -> Result<TaskScene, Unstable> {
     let world = WorldOptions::default();
     let settings = SettleSettings {
         duration_s: SETTLE_S,
@@ -126,14 +137,13 @@ fn settled(mut scene: TaskScene) -> Result<TaskScene, String> {
         rest_time_s: 0.1,
     };
     let bodies: Vec<Body> = std::iter::once(&scene.table).chain(&scene.objects).cloned().collect();
-    let settled =
-        physics::settle(&bodies, &settings, &CancelFlag::default()).map_err(|error| error.to_string())?;
+    let settled = physics::settle(&bodies, &settings, &CancelFlag::default())?;
     if !settled.at_rest {
-        return Err(format!("the objects do not rest after {SETTLE_S} s"));
+        return Err(Unstable::NotAtRest);
     }
     let moved = settled.displacements_m.iter().zip(&bodies).find(|(moved_m, _)| **moved_m > MAX_SETTLING_M);
-    if let Some((moved_m, body)) = moved {
-        return Err(format!("{} moved by {:.1} mm", body.name, 1e3 * moved_m));
+    if let Some((&moved_m, body)) = moved {
+        return Err(Unstable::Moved { name: body.name.clone(), moved_m });
     }
     for (object, pose) in scene.objects.iter_mut().zip(&settled.poses[1..]) {
         object.world_from_object = *pose;

@@ -72,7 +72,7 @@ pub use error::StoreError;
 pub use outage::Outage;
 pub use queue::Lease;
 use scene::TenantId;
-pub use settings::{BlobPlace, DatabaseAddress, PostgresSettings, Settings};
+pub use settings::{BlobPlace, DatabaseAddress, DatabaseAddressError, PostgresSettings, Settings};
 
 use changes::{Change, Changes};
 #[cfg(not(feature = "postgres"))]

@@ -57,23 +57,31 @@ pub enum DatabaseAddress {
     Postgres(String),
 }
 
-impl TryFrom<String> for DatabaseAddress {
-    type Error = String;
+/// Reason why a text is no address of a database.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DatabaseAddressError {
+    #[error("use sqlite, or an address such as postgres://user@host:5432/database")]
+    Unknown,
+    #[error(
+        "settings hold no passwords; set PGPASSWORD or PGPASSFILE in the environment and leave the password out of \
+         the address"
+    )]
+    Password,
+}
 
-    fn try_from(text: String) -> Result<Self, String> {
+impl TryFrom<String> for DatabaseAddress {
+    type Error = DatabaseAddressError;
+
+    fn try_from(text: String) -> Result<Self, DatabaseAddressError> {
         let scheme = ["postgres://", "postgresql://"].into_iter().find(|scheme| text.starts_with(scheme));
         match scheme {
             None if text == "sqlite" => Ok(Self::Sqlite),
-            None => Err("use sqlite, or an address such as postgres://user@host:5432/database".to_owned()),
+            None => Err(DatabaseAddressError::Unknown),
             Some(scheme) => {
                 let authority = text[scheme.len()..].split(['/', '?']).next().unwrap_or_default();
                 let user = authority.rsplit_once('@').map_or("", |(user, _)| user);
                 if user.contains(':') || text.contains("password=") {
-                    return Err(
-                        "settings hold no passwords; set PGPASSWORD or PGPASSFILE in the environment \
-                                and leave the password out of the address"
-                            .to_owned(),
-                    );
+                    return Err(DatabaseAddressError::Password);
                 }
                 Ok(Self::Postgres(text))
             }
@@ -108,11 +116,11 @@ mod tests {
             assert_eq!(read(address), Ok(DatabaseAddress::Postgres(address.to_owned())));
         }
         for secret in ["postgres://me:secret@db/jobs", "postgres://db/jobs?password=secret"] {
-            let message = read(secret).expect_err("holds a password");
+            let message = read(secret).expect_err("holds a password").to_string();
             assert!(message.contains("PGPASSWORD") && !message.contains("secret@"), "{message}");
         }
         for unknown in ["", "sqlite://file", "mysql://db/jobs"] {
-            assert!(read(unknown).expect_err("is unknown").contains("postgres://"));
+            assert_eq!(read(unknown), Err(DatabaseAddressError::Unknown));
         }
     }
 }

@@ -198,7 +198,7 @@ fn templates(texts: &[String], slots: &[(String, Vec<String>)], errors: &mut Err
         let parsed = Template::parse(text, |name| {
             let number = numbers.get(name).copied();
             used_slots.extend(number);
-            number.ok_or_else(|| format!("uses the slot {name:?}, which has no values in `slots`"))
+            number
         });
         if let Some(detail) = text_fault(text) {
             errors.add(pointer, detail);
@@ -209,7 +209,7 @@ fn templates(texts: &[String], slots: &[(String, Vec<String>)], errors: &mut Err
                 errors.add(pointer, "is in the list twice; remove one")
             }
             Ok(template) => templates.push(template),
-            Err(detail) => errors.add(pointer, detail),
+            Err(error) => errors.add(pointer, error.to_string()),
         }
     }
     for (number, (name, _)) in slots.iter().enumerate() {

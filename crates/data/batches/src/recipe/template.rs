@@ -15,14 +15,27 @@ enum Part {
     Slot(usize),
 }
 
+/// The reason why a text is no template. Columns count characters from 1.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum TemplateError {
+    #[error("is empty; describe a table and what lies on it")]
+    Empty,
+    #[error("has a `}}` at character {column} that closes nothing")]
+    ClosesNothing { column: usize },
+    #[error("has a `{{` at character {column} that is not closed")]
+    NotClosed { column: usize },
+    #[error("uses the slot {name:?}, which has no values in `slots` (character {column})")]
+    UnknownSlot { name: String, column: usize },
+}
+
 impl Template {
-    /// Reads a template; `slot_of` is the number of a slot by its name, or what is wrong with it.
+    /// Reads a template; `slot_of` is the number of a slot by its name.
     pub(super) fn parse(
         text: &str,
-        mut slot_of: impl FnMut(&str) -> Result<usize, String>,
-    ) -> Result<Self, String> {
+        mut slot_of: impl FnMut(&str) -> Option<usize>,
+    ) -> Result<Self, TemplateError> {
         if !text.contains(char::is_alphanumeric) {
-            return Err("is empty; describe a table and what lies on it".into());
+            return Err(TemplateError::Empty);
         }
         let mut template = Self { parts: Vec::new(), slots: Vec::new() };
         let mut rest = text;
@@ -30,17 +43,18 @@ impl Template {
         while let Some(open) = rest.find(['{', '}']) {
             let (before, from_brace) = rest.split_at(open);
             if from_brace.starts_with('}') {
-                return Err(format!("has a `}}` at character {} that closes nothing", column(from_brace)));
+                return Err(TemplateError::ClosesNothing { column: column(from_brace) });
             }
             let inside = &from_brace[1..];
             let close = match inside.find(['{', '}']) {
                 Some(close) if inside[close..].starts_with('}') => close,
-                _ => {
-                    return Err(format!("has a `{{` at character {} that is not closed", column(from_brace)));
-                }
+                _ => return Err(TemplateError::NotClosed { column: column(from_brace) }),
             };
-            let slot = slot_of(inside[..close].trim())
-                .map_err(|detail| format!("{detail} (character {})", column(from_brace)))?;
+            let name = inside[..close].trim();
+            let slot = slot_of(name).ok_or_else(|| {
+                let column = column(from_brace);
+                TemplateError::UnknownSlot { name: name.to_owned(), column }
+            })?;
             let place = template.slots.iter().position(|known| *known == slot).unwrap_or_else(|| {
                 template.slots.push(slot);
                 template.slots.len() - 1
@@ -67,12 +81,8 @@ impl Template {
 mod tests {
     use super::*;
 
-    fn parse(text: &str) -> Result<Template, String> {
-        Template::parse(text, |name| match name {
-            "color" => Ok(0),
-            "item" => Ok(1),
-            _ => Err(format!("uses {name:?}")),
-        })
+    fn parse(text: &str) -> Result<Template, TemplateError> {
+        Template::parse(text, |name| ["color", "item"].iter().position(|slot| *slot == name))
     }
 
     #[test]
@@ -96,10 +106,10 @@ mod tests {
             ("é {color", "`{` at character 3 that is not closed"),
             ("a color} mug", "`}` at character 8"),
             ("a {{color}} mug", "`{` at character 3"),
-            ("a {size} mug", "uses \"size\" (character 3)"),
-            ("a {} mug", "uses \"\" (character 3)"),
+            ("a {size} mug", "uses the slot \"size\", which has no values in `slots` (character 3)"),
+            ("a {} mug", "uses the slot \"\", which has no values in `slots` (character 3)"),
         ] {
-            let detail = parse(text).expect_err(text);
+            let detail = parse(text).expect_err(text).to_string();
             assert!(detail.contains(says), "{text}: {detail}");
         }
     }

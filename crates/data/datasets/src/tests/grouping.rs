@@ -174,7 +174,7 @@ fn malformed_plans_are_refused_with_the_correction() {
         ("train=1.5,test=-0.5", "from 0 to 1"),
         ("a/b=1", "lower-case"),
     ] {
-        let error = text.parse::<SplitPlan>().expect_err(text);
+        let error = text.parse::<SplitPlan>().expect_err(text).to_string();
         assert!(error.contains(words), "{text}: {error}");
     }
     assert!("lineage,sound".parse::<LeakageRules>().is_err());

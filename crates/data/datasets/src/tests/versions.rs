@@ -104,7 +104,7 @@ fn malformed_filters_are_refused_with_the_correction() {
     for (text, words) in
         [("mug", "KEY=VALUE"), ("color=red", "no condition"), ("min_objects=x", "whole number")]
     {
-        let error = text.parse::<Filter>().expect_err(text);
+        let error = text.parse::<Filter>().expect_err(text).to_string();
         assert!(error.contains(words), "{error}");
     }
     let place = Place::with_scenes();

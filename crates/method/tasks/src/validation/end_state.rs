@@ -4,7 +4,7 @@
 //! they carry. Only one order is tried, and objects that the goal does not name stay where they are: a refusal means
 //! that there is no room without clearing some.
 
-use editing::{Candidate, PlaceQuery, Workspace};
+use editing::{Candidate, NoPlace, PlaceQuery, Workspace};
 use geometry::Pose;
 use scene::predicates::direction_of;
 use scene::text_account::{GoalPredicate, PredicateKind};
@@ -73,6 +73,17 @@ fn by_object(goal: &Goal) -> Vec<Vec<&GoalPredicate>> {
     ordered
 }
 
+/// Reason why an object has no place.
+#[derive(Debug, thiserror::Error)]
+enum Unplaced {
+    #[error(transparent)]
+    NoPlace(#[from] NoPlace),
+    #[error("other objects are in the way")]
+    Obstructed,
+    #[error("it does not hold at any free place")]
+    HoldsNowhere,
+}
+
 struct EndState<'a> {
     scene: &'a TaskScene,
     workspace: Workspace,
@@ -108,7 +119,7 @@ impl EndState<'_> {
         let chosen =
             match may_be_free(&self.workspace, &self.scene.posed()[object], object, &query, self.space_m) {
                 true => self.first_holding(object, &query, predicates),
-                false => Err("other objects are in the way".to_owned()),
+                false => Err(Unplaced::Obstructed),
             };
         match (chosen, target) {
             (Ok(candidate), _) => {
@@ -116,10 +127,11 @@ impl EndState<'_> {
                 self.placed.push((object, target));
                 Ok(())
             }
-            (Err(reason), Some(target)) => Err(self
-                .crowded(object, target, &query, predicates)
-                .unwrap_or(Refusal::NoFreePlace { predicate: in_words(main), reason })),
-            (Err(reason), None) => Err(Refusal::NoFreePlace { predicate: in_words(main), reason }),
+            (Err(unplaced), target) => {
+                let crowded = target.and_then(|target| self.crowded(object, target, &query, predicates));
+                let reason = unplaced.to_string();
+                Err(crowded.unwrap_or(Refusal::NoFreePlace { predicate: in_words(main), reason }))
+            }
         }
     }
 
@@ -162,8 +174,8 @@ impl EndState<'_> {
         object: usize,
         query: &PlaceQuery,
         predicates: &[&GoalPredicate],
-    ) -> Result<Candidate, String> {
-        let candidates = self.workspace.places(object, query).map_err(|error| error.to_string())?;
+    ) -> Result<Candidate, Unplaced> {
+        let candidates = self.workspace.places(object, query)?;
         let holds = |candidate: &&Candidate| {
             let mut trial = self.posed();
             trial[object] = trial[object].at(candidate.world_from_object);
@@ -175,8 +187,7 @@ impl EndState<'_> {
                 outcome.holds || outcome.reason == Reason::NotExchanged
             })
         };
-        let found = candidates.iter().find(holds).copied();
-        found.ok_or_else(|| "it does not hold at any free place".to_owned())
+        candidates.iter().find(holds).copied().ok_or(Unplaced::HoldsNowhere)
     }
 
     /// The refusal of an object that would fit its target if the objects placed there before were not.
