@@ -14,6 +14,7 @@
 //! # }
 //! ```
 
+mod error;
 mod programs;
 mod server;
 

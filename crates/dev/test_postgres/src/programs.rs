@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::error::ServerError;
+
 /// User and group without rights of their own, which a server of the superuser runs as.
 const UNPRIVILEGED_ID: &str = "65534";
 
 /// The directory with `initdb` and `postgres`.
-pub(crate) fn directory() -> Result<PathBuf, String> {
+pub(crate) fn directory() -> Result<PathBuf, ServerError> {
     let named = std::env::var_os("TABLETOPGEN_POSTGRES_BIN").map(PathBuf::from);
     let path = std::env::var_os("PATH").unwrap_or_default();
     let mut installed: Vec<PathBuf> = std::fs::read_dir("/usr/lib/postgresql")
@@ -21,11 +23,7 @@ pub(crate) fn directory() -> Result<PathBuf, String> {
         .chain(installed.into_iter().rev())
         .chain(std::env::split_paths(&path))
         .find(|directory| ["initdb", "postgres"].iter().all(|program| directory.join(program).is_file()))
-        .ok_or_else(|| {
-            "neither initdb nor postgres is on the path or in /usr/lib/postgresql; install PostgreSQL, or name a \
-             server in TABLETOPGEN_TEST_POSTGRES_URL"
-                .to_owned()
-        })
+        .ok_or(ServerError::NotInstalled)
 }
 
 /// Whether this process is the superuser, as whom no server starts.
@@ -49,11 +47,11 @@ pub(crate) fn unprivileged(program: &Path) -> Command {
 }
 
 /// Gives a directory to the unprivileged user.
-pub(crate) fn give_away(directory: &Path) -> Result<(), String> {
+pub(crate) fn give_away(directory: &Path) -> Result<(), ServerError> {
     if !is_superuser() {
         return Ok(());
     }
     let id = UNPRIVILEGED_ID.parse().expect("a number");
     std::os::unix::fs::chown(directory, Some(id), Some(id))
-        .map_err(|error| format!("cannot give {} to an unprivileged user: {error}", directory.display()))
+        .map_err(|error| ServerError::NotGiven { directory: directory.to_owned(), error })
 }

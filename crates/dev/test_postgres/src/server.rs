@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::error::ServerError;
 use crate::programs;
 
 /// Maximum time until a started server answers.
@@ -31,12 +32,12 @@ pub(crate) struct Server {
 
 impl Server {
     /// Starts a server that lives as long as this process.
-    pub(crate) fn start() -> Result<Self, String> {
+    pub(crate) fn start() -> Result<Self, ServerError> {
         let programs_in = programs::directory()?;
         let directory = tempfile::Builder::new()
             .prefix("tabletopgen-postgres-")
             .tempdir()
-            .map_err(|error| format!("cannot create a temporary directory: {error}"))?
+            .map_err(ServerError::failed("create a temporary directory"))?
             .keep();
         programs::give_away(&directory)?;
         let data = directory.join("data");
@@ -55,16 +56,16 @@ impl Server {
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
-            .map_err(|error| format!("cannot start the server: {error}"))?;
+            .map_err(ServerError::failed("start the server"))?;
         std::mem::forget(child);
         wait_for(port, &log)?;
         Ok(Self { url: format!("postgres://postgres@127.0.0.1:{port}/postgres"), data })
     }
 
     /// Sends a signal to the server and to the processes of its connections.
-    pub(crate) fn signal(&self, signal: &str) -> Result<(), String> {
+    pub(crate) fn signal(&self, signal: &str) -> Result<(), ServerError> {
         let note = self.data.join("postmaster.pid");
-        let text = std::fs::read_to_string(&note).map_err(|error| format!("{}: {error}", note.display()))?;
+        let text = std::fs::read_to_string(&note).map_err(ServerError::unreadable(note))?;
         let server = text.lines().next().unwrap_or_default().to_owned();
         // The server first, so that it starts no further process.
         send(signal, std::slice::from_ref(&server))?;
@@ -73,7 +74,7 @@ impl Server {
     }
 }
 
-fn initialize(initdb: &Path, data: &Path) -> Result<(), String> {
+fn initialize(initdb: &Path, data: &Path) -> Result<(), ServerError> {
     let mut command: Command = programs::unprivileged(initdb);
     command.args([
         "--auth=trust",
@@ -83,23 +84,23 @@ fn initialize(initdb: &Path, data: &Path) -> Result<(), String> {
         "--no-sync",
         "-D",
     ]);
-    let output = command.arg(data).output().map_err(|error| format!("cannot run initdb: {error}"))?;
+    let output = command.arg(data).output().map_err(ServerError::failed("run initdb"))?;
     if output.status.success() {
         return Ok(());
     }
-    Err(format!("initdb failed: {}", String::from_utf8_lossy(&output.stderr)))
+    Err(ServerError::Initdb { stderr: String::from_utf8_lossy(&output.stderr).into_owned() })
 }
 
 /// A port that was free a moment ago.
-fn free_port() -> Result<u16, String> {
+fn free_port() -> Result<u16, ServerError> {
     TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
         .and_then(|listener| listener.local_addr())
         .map(|address| address.port())
-        .map_err(|error| format!("no free port: {error}"))
+        .map_err(ServerError::NoPort)
 }
 
 /// Returns when the server says in its log that it takes connections.
-fn wait_for(port: u16, log: &Path) -> Result<(), String> {
+fn wait_for(port: u16, log: &Path) -> Result<(), ServerError> {
     let began = Instant::now();
     loop {
         let text = std::fs::read_to_string(log).unwrap_or_default();
@@ -108,15 +109,15 @@ fn wait_for(port: u16, log: &Path) -> Result<(), String> {
             return Ok(());
         }
         if began.elapsed() > START_TIMEOUT {
-            return Err(format!("the server did not start within {START_TIMEOUT:?}: {text}"));
+            return Err(ServerError::NotStarted { timeout: START_TIMEOUT, log: text });
         }
         std::thread::sleep(Duration::from_millis(50));
     }
 }
 
 /// Processes that a process started.
-fn children_of(parent: &str) -> Result<Vec<String>, String> {
-    let processes = std::fs::read_dir("/proc").map_err(|error| format!("/proc: {error}"))?;
+fn children_of(parent: &str) -> Result<Vec<String>, ServerError> {
+    let processes = std::fs::read_dir("/proc").map_err(ServerError::unreadable("/proc"))?;
     let is_child = |id: &String| {
         let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
         // After the name in parentheses come the state and the parent.
@@ -126,11 +127,11 @@ fn children_of(parent: &str) -> Result<Vec<String>, String> {
     Ok(ids.filter(|name| name.bytes().all(|byte| byte.is_ascii_digit())).filter(is_child).collect())
 }
 
-fn send(signal: &str, processes: &[String]) -> Result<(), String> {
+fn send(signal: &str, processes: &[String]) -> Result<(), ServerError> {
     if processes.is_empty() {
         return Ok(());
     }
     let sent = Command::new("kill").arg(format!("-{signal}")).args(processes).status();
     // A connection may have ended meanwhile.
-    sent.map(|_| ()).map_err(|error| format!("cannot run kill: {error}"))
+    sent.map(|_| ()).map_err(ServerError::failed("run kill"))
 }
