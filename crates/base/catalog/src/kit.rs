@@ -12,6 +12,7 @@
 mod form;
 mod forms;
 mod surface;
+mod table_error;
 mod part;
 mod placement;
 
@@ -52,33 +53,18 @@ pub struct Shape {
 }
 
 /// Reason why a shape cannot be built.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShapeError {
+    #[error("the shape has no parts; list them or name a category that it is like")]
     NoParts,
     /// The category that it is like is unknown, has no shape of its own, or is itself like another one.
+    #[error("the shape cannot be like `{0}`, which has no parts of its own")]
     NotLike(String),
+    #[error("no surface `{0}`: define it below `[category.shape.surface]`")]
     UnknownSurface(String),
     /// The surface of the part with this number is open, or it encloses no volume.
+    #[error("part {0} is no solid: its surface is open, inverted or encloses nothing")]
     NoSolid(usize),
-}
-
-impl std::fmt::Display for ShapeError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NoParts => {
-                write!(f, "the shape has no parts; list them or name a category that it is like")
-            }
-            Self::NotLike(name) => {
-                write!(f, "the shape cannot be like `{name}`, which has no parts of its own")
-            }
-            Self::NoSolid(number) => {
-                write!(f, "part {number} is no solid: its surface is open, inverted or encloses nothing")
-            }
-            Self::UnknownSurface(name) => {
-                write!(f, "no surface `{name}`: define it below `[category.shape.surface]`")
-            }
-        }
-    }
 }
 
 impl Shape {

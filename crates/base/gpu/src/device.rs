@@ -9,6 +9,7 @@ use wgpu::{
     MemoryHints, Queue,
 };
 
+use super::transfer::TransferError;
 use super::{DeviceChoice, GpuError, adapters, nodes};
 
 /// A device with its compiled kernels and its first fatal error.
@@ -112,7 +113,7 @@ impl Gpu {
     pub fn guarded<T>(
         &self,
         attempted: &'static str,
-        work: impl FnOnce() -> Result<T, String>,
+        work: impl FnOnce() -> Result<T, TransferError>,
     ) -> Result<T, GpuError> {
         let failed = |reason| GpuError::Failed { attempted, adapter: self.name.clone(), reason };
         let _guard = lock(&self.exclusive);
@@ -125,7 +126,8 @@ impl Gpu {
         // Scopes close in reverse order. Errors that `wgpu` captured are closer to the cause than the error of `work`.
         let captured = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
         let captured = captured.map(|error| error.to_string()).last();
-        let reason = captured.or_else(|| self.given_up()).or_else(|| result.as_ref().err().cloned());
+        let reason =
+            captured.or_else(|| self.given_up()).or_else(|| result.as_ref().err().map(ToString::to_string));
         match (reason, result) {
             (None, Ok(done)) => Ok(done),
             (reason, _) => {

@@ -3,7 +3,10 @@
 use std::sync::mpsc;
 use std::time::Duration;
 
-use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder, MapMode, PollType};
+use wgpu::{
+    Buffer, BufferAsyncError, BufferDescriptor, BufferUsages, CommandEncoder, MapMode, MapRangeError,
+    PollError, PollType,
+};
 
 use super::Gpu;
 
@@ -13,6 +16,19 @@ pub const READ_BACK: BufferUsages = BufferUsages::MAP_READ.union(BufferUsages::C
 
 /// Maximum wait for one dispatch; a device that takes longer is considered hung.
 const MAX_WAIT: Duration = Duration::from_secs(60);
+
+/// Reason why results did not come back from a device.
+#[derive(Debug, thiserror::Error)]
+pub enum TransferError {
+    #[error(transparent)]
+    NotWaited(#[from] PollError),
+    #[error("the device did not answer")]
+    NoAnswer,
+    #[error(transparent)]
+    NotMapped(#[from] BufferAsyncError),
+    #[error(transparent)]
+    Range(#[from] MapRangeError),
+}
 
 /// A buffer of at least `bytes`, rounded up to a power of two.
 pub fn buffer(gpu: &Gpu, bytes: usize, usage: BufferUsages) -> Buffer {
@@ -50,17 +66,16 @@ pub fn read_back(
 /// # Errors
 ///
 /// The device failed or did not finish within 60 s.
-pub fn read_words(gpu: &Gpu, from: &Buffer, bytes: usize) -> Result<Vec<u32>, String> {
+pub fn read_words(gpu: &Gpu, from: &Buffer, bytes: usize) -> Result<Vec<u32>, TransferError> {
     let slice = from.slice(..bytes as u64);
     let (message, mapped) = mpsc::channel();
     slice.map_async(MapMode::Read, move |result| {
         let _ = message.send(result);
     });
     let waited = PollType::Wait { submission_index: None, timeout: Some(MAX_WAIT) };
-    gpu.device.poll(waited).map_err(|error| error.to_string())?;
-    let answer = mapped.try_recv().map_err(|_| "the device did not answer".to_owned())?;
-    answer.map_err(|error| error.to_string())?;
-    let view = slice.get_mapped_range().map_err(|error| error.to_string())?;
+    gpu.device.poll(waited)?;
+    mapped.try_recv().map_err(|_| TransferError::NoAnswer)??;
+    let view = slice.get_mapped_range()?;
     let word = |b: &[u8]| u32::from_ne_bytes([b[0], b[1], b[2], b[3]]);
     let words = view.chunks_exact(4).map(word).collect();
     drop(view);

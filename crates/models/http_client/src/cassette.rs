@@ -16,7 +16,7 @@ use std::sync::Mutex;
 
 use super::message::{HttpRequest, HttpResponse};
 use exchange::Exchange;
-pub use exchange::request_digest;
+pub use exchange::{ExchangeError, request_digest};
 
 /// Maximum size of one exchange, bytes.
 const MAX_EXCHANGE_BYTES: u64 = 512 << 20;
@@ -48,7 +48,7 @@ pub enum CassetteError {
     #[error("the recording {place} cannot be used: {source}; name another in providers.cassette")]
     Unusable { place: String, source: std::io::Error },
     #[error("{file} of the recording {place} is no recorded exchange ({reason}); record again")]
-    Broken { place: String, file: String, reason: String },
+    Broken { place: String, file: String, reason: ExchangeError },
     #[error("the recording {place} holds no exchange; record one with providers.mode = record")]
     Empty { place: String },
 }
@@ -100,7 +100,7 @@ impl Cassette {
         let mut tracks: BTreeMap<String, Track> = BTreeMap::new();
         // Names sort by request and then by number.
         for (name, text) in &files {
-            let broken = |reason: String| CassetteError::Broken {
+            let broken = |reason| CassetteError::Broken {
                 place: place.display().to_string(),
                 file: name.clone(),
                 reason,

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::forms::{Ball, Block, Cylinder, Extrusion, Hoop, Loft, Revolution, Silhouette, Torus, Tube};
+use super::table_error::TableError;
 use crate::Order;
 use geometry::{Solid, Vec3};
 
@@ -41,7 +42,7 @@ impl Form {
     }
 
     /// Refuses what has too few points to be a solid.
-    pub fn check_points(&self) -> Result<(), String> {
+    pub fn check_points(&self) -> Result<(), TableError> {
         let (points, needed) = match self {
             Self::Revolution(form) => (form.profile.len(), 2),
             Self::Hoop(form) => (form.section.len(), 3),
@@ -52,7 +53,7 @@ impl Form {
             Self::Block(_) | Self::Cylinder(_) | Self::Ball(_) | Self::Torus(_) => (0, 0),
         };
         if points < needed {
-            return Err(format!("the form has {points} points, but needs {needed}: {self:?}"));
+            return Err(TableError::TooFewPoints { points, needed, form: format!("{self:?}") });
         }
         Ok(())
     }

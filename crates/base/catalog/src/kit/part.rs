@@ -6,6 +6,7 @@ use super::form::Form;
 use super::forms::{Ball, Block, Cylinder, Extrusion, Hoop, Loft, Revolution, Silhouette, Torus, Tube};
 use super::placement::{Circle, Mirror, Placement, Row};
 use super::surface::MAIN;
+use super::table_error::TableError;
 use crate::Order;
 use geometry::{DVec3, Solid};
 
@@ -51,9 +52,9 @@ struct PartTable {
 }
 
 impl TryFrom<PartTable> for Part {
-    type Error = String;
+    type Error = TableError;
 
-    fn try_from(table: PartTable) -> Result<Self, String> {
+    fn try_from(table: PartTable) -> Result<Self, TableError> {
         let forms = [
             table.block.map(Form::Block),
             table.cylinder.map(Form::Cylinder),
@@ -68,15 +69,11 @@ impl TryFrom<PartTable> for Part {
         ];
         let mut given = forms.into_iter().flatten();
         let (Some(form), None) = (given.next(), given.next()) else {
-            return Err(
-                "a part has exactly one form: box, cylinder, ball, turned, hoop, ring, tube, plate, loft or \
-                        inflated"
-                    .to_owned(),
-            );
+            return Err(TableError::FormCount);
         };
         form.check_points()?;
         if !(0.0..0.5).contains(&table.lumpy) {
-            return Err(format!("`lumpy` is a share below one half, not {}", table.lumpy));
+            return Err(TableError::Lumpy(table.lumpy));
         }
         let placement = Placement {
             at_m: table.at,

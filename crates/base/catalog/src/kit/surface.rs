@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::table_error::TableError;
 use crate::Order;
 use crate::texture::{
     banana_skin, checker, citrus_peel, crust, fruit_skin, is_finish, label, mapped_from_above,
@@ -69,9 +70,9 @@ impl Tint {
 }
 
 impl TryFrom<String> for Tint {
-    type Error = String;
+    type Error = TableError;
 
-    fn try_from(text: String) -> Result<Self, String> {
+    fn try_from(text: String) -> Result<Self, TableError> {
         match text.as_str() {
             "main" => Ok(Self::Same),
             "lighter" => Ok(Self::Lighter),
@@ -80,9 +81,7 @@ impl TryFrom<String> for Tint {
             _ => {
                 let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
                 let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
-                number.map(|number| Self::Fixed(Rgb::hex(number))).ok_or_else(|| {
-                    format!("`{text}` is no color: write main, lighter, darker, contrasting or #rrggbb")
-                })
+                number.map(|number| Self::Fixed(Rgb::hex(number))).ok_or(TableError::UnknownColor(text))
             }
         }
     }
@@ -153,9 +152,9 @@ const MATERIALS: &[&str] = &[
 ];
 
 impl TryFrom<String> for Finish {
-    type Error = String;
+    type Error = TableError;
 
-    fn try_from(text: String) -> Result<Self, String> {
+    fn try_from(text: String) -> Result<Self, TableError> {
         let finish = match text.as_str() {
             "plastic" => Self::Plastic,
             "gloss" => Self::Gloss,
@@ -173,7 +172,7 @@ impl TryFrom<String> for Finish {
             "top_label" => Self::TopLabel,
             _ => {
                 let material = MATERIALS.iter().find(|name| **name == text);
-                let material = material.ok_or_else(|| format!("no finish is called `{text}`"))?;
+                let material = material.ok_or(TableError::UnknownFinish(text))?;
                 Self::Material(MaterialName(material))
             }
         };

@@ -7,6 +7,7 @@ use wgpu::Backends;
 
 use super::*;
 use crate::test_devices::devices;
+use crate::transfer::TransferError;
 
 /// Captured log lines.
 #[derive(Clone, Default)]
@@ -48,7 +49,7 @@ fn compute_does_not_return_a_gpu_that_was_given_up() {
     for gpu in devices() {
         let compute = Compute::new(&ComputeSettings { device: DeviceChoice::Gpu });
         assert!(compute.gpu_or(|_| Ok(Some(gpu.clone()))).is_some());
-        let caused = gpu.guarded("failing", || Err::<(), _>("on purpose".into()));
+        let caused = gpu.guarded("failing", || Err::<(), _>(TransferError::NoAnswer));
         assert!(caused.is_err_and(|error| error.to_string().contains("failing")));
         assert!(compute.gpu().is_none() && compute.opened().is_some());
     }

@@ -4,6 +4,8 @@
 //! line of JSON for each category. It fits the gripper if its hulls have any candidate for a grasp. Equal settings,
 //! catalogs and seeds give equal lines.
 
+use std::fmt::Display;
+
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -11,6 +13,7 @@ use serde::Serialize;
 use catalog::{Affordance, Category, Recipe, categories};
 use geometry::decompose::DecomposeSettings;
 use manipulation::grasp::{Grasp, GraspSettings, Verdict, grasps};
+use manipulation::world::WorldError;
 use physics::Body;
 use robot::model::Robot;
 use runtime::seed::child_rng;
@@ -70,9 +73,8 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let chosen: Vec<&Category> = chosen.collect();
     let settings = GraspSettings { wanted_stable: 1, ..config.grasps.clone() };
     let tried = |category: &&'static Category| {
-        let done = object(category, &config.decompose)
-            .and_then(|body| outcome(category, &body, &robot, &settings, &arguments));
-        done.map_err(|why| Failure::new(Exit::Error, format!("{} could not be tried: {why}", category.name)))
+        let body = object(category, &config.decompose)?;
+        outcome(category, &body, &robot, &settings, &arguments).map_err(|error| not_tried(category, error))
     };
     let outcomes: Vec<Outcome> = chosen.par_iter().map(tried).collect::<Result<_, Failure>>()?;
     for outcome in &outcomes {
@@ -85,9 +87,15 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 }
 
 /// The typical object of a category, upright at the origin.
-fn object(category: &Category, settings: &DecomposeSettings) -> Result<Body, String> {
-    let recipe = Recipe::typical(&category.name, None, None).ok_or("it has no typical recipe")?;
-    catalog_body(&category.name, &recipe, settings).map(|(body, _)| body)
+fn object(category: &Category, settings: &DecomposeSettings) -> Result<Body, Failure> {
+    let recipe = Recipe::typical(&category.name, None, None);
+    let recipe = recipe.ok_or_else(|| not_tried(category, "it has no typical recipe"))?;
+    let made = catalog_body(&category.name, &recipe, settings);
+    made.map(|(body, _)| body).map_err(|why| not_tried(category, why))
+}
+
+fn not_tried(category: &Category, why: impl Display) -> Failure {
+    Failure::new(Exit::Error, format!("{} could not be tried: {why}", category.name))
 }
 
 fn outcome<'a>(
@@ -96,9 +104,9 @@ fn outcome<'a>(
     robot: &Robot,
     settings: &GraspSettings,
     arguments: &Arguments,
-) -> Result<Outcome<'a>, String> {
+) -> Result<Outcome<'a>, WorldError> {
     let mut rng = child_rng(arguments.seed, &format!("grasps of {}", body.name));
-    let found = grasps(body, robot, settings, &mut rng).map_err(|error| error.to_string())?;
+    let found = grasps(body, robot, settings, &mut rng)?;
     let points = || body.hulls.iter().flat_map(|hull| &hull.points);
     let low = points().fold(geometry::DVec3::INFINITY, |low, p| low.min(*p));
     let high = points().fold(geometry::DVec3::NEG_INFINITY, |high, p| high.max(*p));

@@ -15,7 +15,7 @@ use crate::forward::floor_light::FloorLight;
 use crate::forward::projection::Projection;
 use crate::forward::shade_band::MAX_SUPERSAMPLING;
 use crate::{Background, Floor, Frame, GeometryFrame, Lighting, SceneCache, View};
-use gpu::transfer::{INPUT, OUTPUT, READ_BACK, read_words, sized};
+use gpu::transfer::{INPUT, OUTPUT, READ_BACK, TransferError, read_words, sized};
 use gpu::{Gpu, GpuError};
 use imaging::Image;
 
@@ -209,7 +209,7 @@ impl<'a> GpuSceneCache<'a> {
         job: &Job,
         strip: Strip,
         results_bytes: usize,
-    ) -> Result<Vec<u32>, String> {
+    ) -> Result<Vec<u32>, TransferError> {
         let gpu = &self.gpu;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         kernels.find(gpu, &mut encoder, space, job, strip);

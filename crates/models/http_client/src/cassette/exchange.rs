@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use base64::{DecodeError, Engine as _};
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
@@ -45,6 +45,15 @@ struct ResponseRecord {
 enum BodyRecord {
     Text(String),
     Base64(String),
+}
+
+/// Reason why a file is no recorded exchange.
+#[derive(Debug, thiserror::Error)]
+pub enum ExchangeError {
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+    #[error(transparent)]
+    Base64(#[from] DecodeError),
 }
 
 /// SHA-256 of the parts of a request that decide its response and are not secret: 64 hexadecimal digits.
@@ -103,11 +112,11 @@ impl Exchange {
     }
 
     /// The response in a file, or the reason why the file is malformed.
-    pub(super) fn read(text: &[u8]) -> Result<HttpResponse, String> {
-        let Self { reply, .. } = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+    pub(super) fn read(text: &[u8]) -> Result<HttpResponse, ExchangeError> {
+        let Self { reply, .. } = serde_json::from_slice(text)?;
         let body = match reply.body {
             BodyRecord::Text(text) => Bytes::from(text),
-            BodyRecord::Base64(text) => STANDARD.decode(text).map_err(|error| error.to_string())?.into(),
+            BodyRecord::Base64(text) => STANDARD.decode(text)?.into(),
         };
         Ok(HttpResponse {
             status: reply.status,
