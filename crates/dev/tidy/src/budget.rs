@@ -3,8 +3,9 @@
 //! A rule that is new or becomes stricter starts from a new list: remove the file, then write it again.
 
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::path::PathBuf;
-use std::{fs, io};
+use std::{fmt, fs, io};
 
 use crate::documents::Document;
 use crate::source::{Source, root};
@@ -83,7 +84,23 @@ pub fn format(counts: &Counts) -> String {
     counts.iter().map(|((path, rule), count)| format!("{path}\t{}\t{count}\n", rule.name())).collect()
 }
 
-pub fn parse(text: &str) -> Result<Counts, String> {
+/// A line of the budget that is not of the form of [`format`].
+#[derive(Debug)]
+pub struct MalformedLine {
+    /// From 1.
+    pub number: usize,
+    pub line: String,
+}
+
+impl fmt::Display for MalformedLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "budget.txt:{}: `{}`", self.number, self.line)
+    }
+}
+
+impl Error for MalformedLine {}
+
+pub fn parse(text: &str) -> Result<Counts, MalformedLine> {
     let entry = |(i, line): (usize, &str)| {
         let parts: Vec<&str> = line.split('\t').collect();
         let parsed = match parts.as_slice() {
@@ -92,7 +109,8 @@ pub fn parse(text: &str) -> Result<Counts, String> {
             }
             _ => None,
         };
-        let (path, rule, count) = parsed.ok_or_else(|| format!("budget.txt:{}: `{line}`", i + 1))?;
+        let malformed = || MalformedLine { number: i + 1, line: line.to_owned() };
+        let (path, rule, count) = parsed.ok_or_else(malformed)?;
         Ok(((path, rule), count))
     };
     text.lines().enumerate().map(entry).collect()

@@ -1,5 +1,6 @@
 //! Lists findings file by file, and rewrites the budget.
 
+use std::fmt;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -17,6 +18,36 @@ usage: cargo run -p tabletopgen-tidy -- COMMAND
   budget             rewrites crates/dev/tidy/budget.txt; refuses if a total has risen
 ";
 
+/// Reason why a command does nothing.
+enum Failure {
+    Usage,
+    /// A path that does not exist, or lies outside the repository.
+    Outside {
+        path: String,
+    },
+    /// The budget cannot be read or written.
+    Budget(io::Error),
+    /// Findings of more places than the budget has; the lines state where and which rules.
+    Risen {
+        differences: Vec<String>,
+        rules: Vec<String>,
+    },
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usage => f.write_str(USAGE),
+            Self::Outside { path } => write!(f, "{path} is no path of {}", root().display()),
+            Self::Budget(error) => write!(f, "{}: {error}", budget::file().display()),
+            Self::Risen { differences, rules } => {
+                let (differences, rules) = (differences.join("\n"), rules.join("\n"));
+                write!(f, "{differences}\nthe budget may only shrink:\n{rules}")
+            }
+        }
+    }
+}
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let result = match arguments.split_first() {
@@ -29,7 +60,7 @@ fn main() -> ExitCode {
             list(paths, signatures::findings, &[Rule::LongFunction, Rule::TextError])
         }
         Some((command, [])) if command == "budget" => rewrite_budget(),
-        _ => Err(USAGE.to_owned()),
+        _ => Err(Failure::Usage),
     };
     match result {
         Ok(text) => {
@@ -37,14 +68,14 @@ fn main() -> ExitCode {
             let _ = io::stdout().lock().write_all(text.as_bytes());
             ExitCode::SUCCESS
         }
-        Err(text) => {
-            let _ = writeln!(io::stderr().lock(), "{}", text.trim_end());
+        Err(failure) => {
+            let _ = writeln!(io::stderr().lock(), "{}", failure.to_string().trim_end());
             ExitCode::FAILURE
         }
     }
 }
 
-fn list_words(paths: &[String]) -> Result<String, String> {
+fn list_words(paths: &[String]) -> Result<String, Failure> {
     let within = within_all(paths)?;
     let (sources, documents) = match paths.is_empty() {
         true => (sources_below(&folders()), documents::documents()),
@@ -61,7 +92,7 @@ fn list(
     paths: &[String],
     findings: fn(&tidy::source::Source) -> Vec<Finding>,
     rules: &[Rule],
-) -> Result<String, String> {
+) -> Result<String, Failure> {
     let within = if paths.is_empty() { folders() } else { within_all(paths)? };
     let sources = sources_below(&within);
     let findings: Vec<Finding> = sources.iter().flat_map(findings).collect();
@@ -76,30 +107,28 @@ fn listed(paths: &[String], findings: &[Finding], rules: &[Rule], files: usize) 
     }
 }
 
-fn within_all(paths: &[String]) -> Result<Vec<PathBuf>, String> {
+fn within_all(paths: &[String]) -> Result<Vec<PathBuf>, Failure> {
     paths.iter().map(|path| within_repository(path)).collect()
 }
 
 /// A path given relative to the current folder or to the repository, relative to the repository.
-fn within_repository(path: &str) -> Result<PathBuf, String> {
+fn within_repository(path: &str) -> Result<PathBuf, Failure> {
     let root = root();
     let candidates = [PathBuf::from(path), root.join(path)];
     let existing = candidates.iter().find_map(|candidate| candidate.canonicalize().ok());
     let inside = existing.as_deref().and_then(|p: &Path| p.strip_prefix(&root).ok());
-    inside.map(Path::to_owned).ok_or_else(|| format!("{path} is no path of {}", root.display()))
+    inside.map(Path::to_owned).ok_or_else(|| Failure::Outside { path: path.to_owned() })
 }
 
-fn rewrite_budget() -> Result<String, String> {
+fn rewrite_budget() -> Result<String, Failure> {
     let findings = budget::findings(&tidy::source::tree(), &documents::documents());
     let actual = budget::counts(&findings);
-    let failed = |error: io::Error| format!("{}: {error}", budget::file().display());
-    if let Some(before) = budget::read().map_err(failed)? {
-        let risen = budget::risen(&actual, &before);
-        if !risen.is_empty() {
-            let differences = budget::differences(&actual, &before).join("\n");
-            return Err(format!("{differences}\nthe budget may only shrink:\n{}", risen.join("\n")));
+    if let Some(before) = budget::read().map_err(Failure::Budget)? {
+        let rules = budget::risen(&actual, &before);
+        if !rules.is_empty() {
+            return Err(Failure::Risen { differences: budget::differences(&actual, &before), rules });
         }
     }
-    budget::write(&actual).map_err(failed)?;
+    budget::write(&actual).map_err(Failure::Budget)?;
     Ok(listing::totals(&findings, &Rule::ALL))
 }
