@@ -16,7 +16,8 @@ use store::scenes::SceneRow;
 ///
 /// # Errors
 ///
-/// A [`Problem`] where there is no such scene, or it is not finished, is quarantined and that is not allowed, or its bundle is gone.
+/// A [`Problem`] where there is no such scene, or it is not finished, is quarantined and that is not allowed, or its
+/// bundle is gone.
 pub(super) async fn bundle_of(
     api: &TenantApi,
     scene_id: &SceneId,

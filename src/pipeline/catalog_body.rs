@@ -1,24 +1,36 @@
 //! An object of the catalog by itself, as simulations have it.
 
 use catalog::{Recipe, build, physical_properties};
-use geometry::decompose::{DecomposeSettings, decompose};
+use geometry::decompose::{DecomposeError, DecomposeSettings, decompose};
+use geometry::mass_properties::MassError;
 use geometry::{Pose, TexturedMesh};
 use physics::Body;
 use runtime::CancelFlag;
+
+/// Reason why a recipe has no body.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum CatalogBodyError {
+    #[error("its recipe has no mesh")]
+    NoMesh,
+    #[error(transparent)]
+    Mass(#[from] MassError),
+    #[error(transparent)]
+    Decompose(#[from] DecomposeError),
+}
 
 /// The body and the mesh of a recipe, upright at the origin: the lowest point is at z = 0.
 ///
 /// # Errors
 ///
-/// In words, for a category that the catalog does not have, and a mesh without volume or hulls.
+/// [`CatalogBodyError`] for a category that the catalog does not have, and a mesh without volume or hulls.
 pub fn catalog_body(
     name: &str,
     recipe: &Recipe,
     settings: &DecomposeSettings,
-) -> Result<(Body, TexturedMesh), String> {
-    let mesh = build(recipe).ok_or("its recipe has no mesh")?;
-    let physical = physical_properties(&mesh, &recipe.category, None).map_err(|error| error.to_string())?;
-    let hulls = decompose(&mesh, settings, &CancelFlag::default()).map_err(|error| error.to_string())?.hulls;
+) -> Result<(Body, TexturedMesh), CatalogBodyError> {
+    let mesh = build(recipe).ok_or(CatalogBodyError::NoMesh)?;
+    let physical = physical_properties(&mesh, &recipe.category, None)?;
+    let hulls = decompose(&mesh, settings, &CancelFlag::default())?.hulls;
     let body = Body {
         name: name.to_owned(),
         hulls,

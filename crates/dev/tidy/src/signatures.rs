@@ -34,12 +34,12 @@ pub fn text_errors(tokens: &[Token]) -> Vec<usize> {
         let mut depth = 0_usize;
         for (index, token) in tokens.iter().enumerate().skip(start) {
             match token.text.as_str() {
-                "<" => depth += 1,
+                "<" | "(" | "[" => depth += 1,
                 // The sign of a return type within.
                 ">" if is(index - 1, "-") => {}
-                ">" => depth -= 1,
+                ">" | ")" | "]" => depth = depth.saturating_sub(1),
                 "," if depth == 1 => return is(index + 1, "String") && is(index + 2, ">"),
-                ";" | "{" => return false,
+                ";" | "{" if depth <= 1 => return false,
                 _ => {}
             }
             if depth == 0 {

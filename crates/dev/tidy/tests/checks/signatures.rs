@@ -11,6 +11,7 @@ fn errors_that_are_texts_are_found() {
         ("fn a() -> Result<String, Error> {}", vec![]),
         ("type F = Arc<dyn Fn(&str) -> Result<BTreeMap<u8, String>, Error>>;", vec![]),
         ("type F = Result<Box<dyn Fn(u8) -> u8>, String>;", vec![1]),
+        ("fn a() -> Result<(u8, [u8; 2]), String> {}", vec![1]),
         ("fn a() -> Result<u8> {}", vec![]),
     ] {
         assert_eq!(text_errors(&lex(code).tokens), lines, "{code}");
