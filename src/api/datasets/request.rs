@@ -1,7 +1,6 @@
 //! The body of `POST /datasets`.
 
 use std::collections::BTreeMap;
-use std::str::FromStr;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -17,7 +16,7 @@ use datasets::facts::normalized;
 use datasets::filter::Filter;
 use datasets::freeze;
 use datasets::sharing::{LeakageRules, Shareable};
-use datasets::splits::{SplitPlan, assign, groups};
+use datasets::splits::{SplitPlan, SplitPlanError, assign, groups};
 use scene::request::{Input, MAX_SEED};
 use scene::{BatchId, SceneId};
 use store::datasets::DatasetState;
@@ -150,7 +149,7 @@ impl DatasetBody {
 }
 
 /// The plan in the text form that the command line has, which is checked there.
-fn plan(splits: Option<Map<String, Value>>, seed: u64) -> Result<SplitPlan, <SplitPlan as FromStr>::Err> {
+fn plan(splits: Option<Map<String, Value>>, seed: u64) -> Result<SplitPlan, SplitPlanError> {
     let text = match splits {
         None => USUAL_SPLITS.to_owned(),
         Some(splits) => {
@@ -158,7 +157,7 @@ fn plan(splits: Option<Map<String, Value>>, seed: u64) -> Result<SplitPlan, <Spl
             parts.join(",")
         }
     };
-    let plan = text.parse::<SplitPlan>().map_err(|error| error.to_string())?;
+    let plan = text.parse::<SplitPlan>()?;
     Ok(SplitPlan { seed, ..plan })
 }
 
