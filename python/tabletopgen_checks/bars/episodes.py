@@ -103,8 +103,8 @@ def main() -> bool:
         "User and system time of the whole command with LeRobot v3.0, less that of recording one episode, over the others. "
         f"No process took more than {costs['side,front,wrist']['mb']:.0f} MB.",
     ]
-    body += [f"## {SPEED}", speed(given, given.work / "episodes_speed")]
     write("episodes", "Episodes", "\n\n".join(body), DEPENDS_ON)
+    write_section("episodes", SPEED, speed(given, given.work / "episodes_speed"), DEPENDS_ON)
     return all(bar[3] for bar in bars)
 
 

@@ -3,12 +3,13 @@
     stepping.py LAB BUNDLE EXECUTION [TIMES]
 
 EXECUTION is what `tabletopgen execute --scene BUNDLE --out EXECUTION` wrote. Here (`LAB repeat-motion`), MuJoCo (the
-MJCF of the execution, its own options) and PhysX (PyPI `sapien`: the hulls and the robot of its URDF) begin with the
-same bodies at the same poses, and their servos get the recorded targets, each until the next frame, at 500 steps a
-second. MuJoCo and PhysX also say how far from here the moved object ends. Prints one line of JSON.
+MJCF of the execution, its own options) and PhysX (PyPI `sapien`: the collision shapes and the robot of its URDF) begin
+with the same bodies at the same poses, and their servos get the recorded targets, each until the next frame, at 500
+steps a second. MuJoCo and PhysX also say how far from here the moved object ends. Prints one line of JSON.
 """
 
 import json
+import math
 import re
 import resource
 import subprocess
@@ -135,8 +136,7 @@ class Physx:
         friction = float(link.find("contact/lateral_friction").get("value"))
         material = self.sapien.physx.PhysxMaterial(friction, friction, 0.0)
         for collision in link.findall("collision"):
-            path = self.execution / "urdf" / collision.find("geometry/mesh").get("filename")
-            builder.add_convex_collision_from_file(str(path), material=material)
+            self.add_collision(builder, collision, material)
         if pose is None:
             return builder.build_static(link.get("name"))
         inertial = link.find("inertial")
@@ -146,6 +146,30 @@ class Physx:
         x, y, z, w = pose["rotation_xyzw"]
         builder.set_initial_pose(self.sapien.Pose(pose["translation_m"], [w, x, y, z]))
         return builder.build(link.get("name"))
+
+    def add_collision(self, builder, collision, material):
+        """A hull by its file, or the solid that it stands for."""
+        from transforms3d.euler import euler2quat
+
+        shape, origin = collision.find("geometry")[0], collision.find("origin")
+        place, turn = (origin.get(name) or "0 0 0" for name in ("xyz", "rpy"))
+        at_m, turn_rad = ([float(number) for number in numbers.split()] for numbers in (place, turn))
+        pose = self.sapien.Pose(at_m, euler2quat(*turn_rad))
+        if shape.tag == "mesh":
+            path = self.execution / "urdf" / shape.get("filename")
+            builder.add_convex_collision_from_file(str(path), pose=pose, material=material)
+        elif shape.tag == "box":
+            half_m = [0.5 * float(side) for side in shape.get("size").split()]
+            builder.add_box_collision(pose, half_m, material=material)
+        elif shape.tag == "cylinder":
+            radius_m, length_m = float(shape.get("radius")), float(shape.get("length"))
+            # SAPIEN's cylinders lie along x, those of URDF along z.
+            upright = self.sapien.Pose(q=euler2quat(0.0, -math.pi / 2, 0.0))
+            builder.add_cylinder_collision(pose * upright, radius_m, 0.5 * length_m, material=material)
+        elif shape.tag == "sphere":
+            builder.add_sphere_collision(pose, float(shape.get("radius")), material=material)
+        else:
+            raise ValueError(f"no collision shape of SAPIEN for <{shape.tag}> of URDF")
 
     def load_robot(self):
         source = self.execution / "urdf" / f"{self.verdict['robot']}.urdf"
