@@ -1,11 +1,12 @@
-"""Triggers that note who wrote which row, so that the database itself tells of double commits, late writes and work that
-was done again.
+"""Triggers that note who wrote which row, so that the database itself tells of double commits, late writes and
+repeated work.
 """
 
 from typing import NamedTuple
 
 # What a job works on, whichever job that is: another one for the same subject would compute it again.
-SUBJECT = """CASE NEW.kind WHEN 'execute_task' THEN NEW.id WHEN 'record_attempt' THEN NEW.recording_id || ' ' || NEW.attempt_number
+SUBJECT = """CASE NEW.kind WHEN 'execute_task' THEN NEW.id
+    WHEN 'record_attempt' THEN NEW.recording_id || ' ' || NEW.attempt_number
     ELSE COALESCE(NEW.recording_id, NEW.dataset_id, NEW.scene_id) END"""
 SQLITE_NOW_MS = "CAST((julianday('now') - 2440587.5) * 86400000 AS INTEGER)"
 POSTGRES_NOW_MS = "CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)"
@@ -21,7 +22,8 @@ CREATE TRIGGER audit_of_jobs AFTER UPDATE OF state ON jobs
 END;
 
 CREATE TABLE worked (id INTEGER PRIMARY KEY, what TEXT NOT NULL, kind TEXT NOT NULL, subject TEXT NOT NULL,
-    job_id TEXT NOT NULL, owner TEXT NOT NULL, by_user TEXT NOT NULL DEFAULT '', at_ms INTEGER NOT NULL DEFAULT ({SQLITE_NOW_MS}));
+    job_id TEXT NOT NULL, owner TEXT NOT NULL, by_user TEXT NOT NULL DEFAULT '',
+    at_ms INTEGER NOT NULL DEFAULT ({SQLITE_NOW_MS}));
 CREATE TRIGGER audit_of_claimed_work AFTER UPDATE OF epoch ON jobs WHEN NEW.epoch > OLD.epoch BEGIN
     INSERT INTO worked (what, kind, subject, job_id, owner) VALUES ('claimed', NEW.kind, {SUBJECT}, NEW.id, NEW.owner);
 END;
@@ -62,7 +64,8 @@ CREATE FUNCTION audit_work() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
     RETURN NULL;
 END $$;
 CREATE TRIGGER audit_of_work AFTER UPDATE OF state ON jobs FOR EACH ROW
-    WHEN (OLD.state = 'running' AND (NEW.state = 'succeeded' OR NEW.state = 'queued' AND OLD.lease_until <= {POSTGRES_NOW_MS}))
+    WHEN (OLD.state = 'running' AND (NEW.state = 'succeeded'
+        OR NEW.state = 'queued' AND OLD.lease_until <= {POSTGRES_NOW_MS}))
     EXECUTE FUNCTION audit_work();
 
 CREATE TABLE written (id BIGSERIAL PRIMARY KEY, by_user TEXT NOT NULL DEFAULT session_user,
@@ -127,7 +130,7 @@ def late_among(rows) -> list:
 
 
 class Worked(NamedTuple):
-    """A job of any kind was `claimed` by a process, is `done`, or is `orphaned`: its process died, and it waits again."""
+    """A job of any kind was `claimed` by a process, is `done`, or is `orphaned`: its process died, and it waits."""
 
     what: str
     kind: str

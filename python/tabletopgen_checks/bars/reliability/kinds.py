@@ -2,9 +2,9 @@
 
 Rounds of work of all six kinds are ordered over HTTP. Each kill is aimed at a running job of the kind that has most
 kills left, and comes at a random moment of the time that jobs of this kind take, within ten seconds; whatever else the
-process held dies with it. On SQLite the process is the whole server; on PostgreSQL it is one of two workers, and requests are answered
-by another process. Another process takes its place at once. Where all rounds have ended before all kills were made,
-they are ordered again on fresh data.
+process held dies with it. On SQLite the process is the whole server; on PostgreSQL it is one of two workers, and
+requests are answered by another process. A new process takes its place at once. Where all rounds have ended before all
+kills were made, they are ordered again on fresh data.
 """
 
 import os
@@ -39,8 +39,8 @@ LATEST_SECONDS = 10.0
 LOOK_SECONDS = 0.05
 PATIENCE_SECONDS = 1800
 # Jobs that are worked on, and the database user of the process that claimed each.
-HELD = """SELECT jobs.id, jobs.kind, jobs.owner, (SELECT by_user FROM worked WHERE worked.job_id = jobs.id AND what = 'claimed'
-    ORDER BY worked.id DESC LIMIT 1) FROM jobs WHERE state = 'running'"""
+HELD = """SELECT jobs.id, jobs.kind, jobs.owner, (SELECT by_user FROM worked
+    WHERE worked.job_id = jobs.id AND what = 'claimed' ORDER BY worked.id DESC LIMIT 1) FROM jobs WHERE state = 'running'"""
 
 
 class Held(NamedTuple):
@@ -98,7 +98,8 @@ def measure(bench) -> Finding:
     rows, stores, all_hit, kills, wrong, deaths = [], bench.stores(), True, 0, [], []
     # Side by side: on PostgreSQL much of the time passes waiting for leases.
     wanted = [share(bench.given.kind_kills, len(stores), k) for k in range(len(stores))]
-    for store, found in zip(stores, side_by_side(lambda pair: kills_of(bench, *pair), zip(stores, wanted), len(stores))):
+    tallies = side_by_side(lambda pair: kills_of(bench, *pair), zip(stores, wanted), len(stores))
+    for store, found in zip(stores, tallies):
         counts = tally(found.wrong)
         rows.append([store, found.kills, *(found.hits[kind] for kind in KINDS), found.ended, *counts.values()])
         print(f"{store}: {rows[-1]} {found.wrong[:10]}", flush=True)
@@ -115,13 +116,14 @@ def measure(bench) -> Finding:
         "other bytes",
     ]
     words = (
-        "Below each kind stands how many kills hit a process that was working on such a job; a kill may hit several kinds. "
+        "Below each kind stands how many kills hit a process that was working on such a job; a kill may hit "
+        "several kinds. "
         "Compared with an undisturbed run of the same program are bundles, answers of executions, all files of "
         "recordings, and digest, archive and verification of datasets. Triggers in the database note every claim and "
-        "every end of a job; what was claimed after it had been done is computed again. `worker.max_deaths` has its default "
-        "of 12 deaths without progress, after which a job fails if it was alone; of all deaths no job met more than "
-        f"{max(deaths, default=0)}. On PostgreSQL leases last {SHORT_LEASE_SECONDS} s. Other programs ran meanwhile where the "
-        f"load of the machine at the start, {load:.1f}, is not near 0."
+        "every end of a job; what was claimed after it had been done is computed again. `worker.max_deaths` has its "
+        "default of 12 deaths without progress, after which a job fails if it was alone; of all deaths no job met more than "
+        f"{max(deaths, default=0)}. On PostgreSQL leases last {SHORT_LEASE_SECONDS} s. The load of the machine "
+        f"at the start, from other programs, was {load:.1f}."
     )
     if wrong:
         words += "\n\n" + "\n".join(f"- {line}" for line in wrong[:20])
@@ -131,7 +133,8 @@ def measure(bench) -> Finding:
 
 def kills_of(bench, store: str, wanted: int) -> Tally:
     calm, seconds = undisturbed(bench, store)
-    print(f"{store}, seconds of jobs: " + ", ".join(f"{kind} {value:.2f}" for kind, value in seconds.items()), flush=True)
+    usual = ", ".join(f"{kind} {value:.2f}" for kind, value in seconds.items())
+    print(f"{store}, seconds of jobs: {usual}", flush=True)
     aims, found = Aims(wanted, seconds, bench.given.kind_seed), Tally()
     while aims.any():
         before = found.kills
@@ -272,6 +275,8 @@ def recording_complaints(events: list) -> list:
     attempts = Counter(event["data"]["number"] for event in events if event["kind"] == "attempt")
     wrong = [f"repeated: attempt {number} was made {times} times" for number, times in attempts.items() if times > 1]
     wrong += [f"lost: the recording has an event {kind}" for kind in ("attempt_lost", "restarted") if kinds[kind]]
-    if kinds["finished"] != 1:
-        wrong.append(f"twice: the recording finished {kinds['finished']} times" if kinds["finished"] else "lost: the recording has no end")
+    if not kinds["finished"]:
+        wrong.append("lost: the recording has no end")
+    elif kinds["finished"] > 1:
+        wrong.append(f"twice: the recording finished {kinds['finished']} times")
     return wrong

@@ -69,8 +69,8 @@ class Round:
         self.executions = [
             api.json("POST", f"{scene}/executions", {"text": TASK, "seed": seed})["id"] for seed in range(EXECUTIONS)
         ]
-        record = {"cameras": CAMERAS, "size_px": SIZE_PX}
-        order = {"task": TASK, "count": EPISODES, "seed": self.number, "formats": [FORMAT], "title": "kinds", "record": record}
+        order = {"task": TASK, "count": EPISODES, "seed": self.number, "formats": [FORMAT], "title": "kinds"}
+        order["record"] = {"cameras": CAMERAS, "size_px": SIZE_PX}
         self.recording = api.json("POST", f"{scene}/episodes", order)["id"]
         dataset = {"name": f"kinds{self.number}", "batch": self.batch, "splits": {"train": 1.0}}
         self.dataset = api.json("POST", "/datasets", dataset)["id"]
