@@ -8,6 +8,9 @@ from pathlib import Path
 
 from tabletopgen_checks.bars.reliability import audit, bare, plot
 from tabletopgen_checks.bars.reliability.__main__ import KEPT, page_of
+from tabletopgen_checks.bars.reliability.audit import Worked, repeated_among
+from tabletopgen_checks.bars.reliability.kinds import KINDS, Aims, Held, hits_among, recording_complaints, usual_seconds
+from tabletopgen_checks.bars.reliability.orders import differences
 from tabletopgen_checks.bars.reliability.proxy import Proxy
 from tabletopgen_checks.bars.reliability.scenes import complaints, quantile, tally
 from tabletopgen_checks.bars.reliability.soak import growth_of
@@ -176,6 +179,65 @@ class LateWrites(unittest.TestCase):
         claim = ("worker1", "3", "claim", "jobs")
         self.assertEqual(len(self.late(*begin, claim, ("worker0", "4", "", "events"))), 1)
         self.assertEqual(len(self.late(begin[0], ("worker1", "2", "", "stages"))), 1, "without a claim")
+
+
+def worked(what, owner="one", kind="execute_task", subject="a", at_ms=0):
+    return Worked(what, kind, subject, f"job of {subject}", owner, at_ms)
+
+
+class WorkOfAllKinds(unittest.TestCase):
+    def test_work_that_is_claimed_after_a_death_is_not_repeated(self):
+        rows = [worked("claimed"), worked("orphaned"), worked("claimed", "two"), worked("done", "two")]
+        self.assertEqual(repeated_among(rows), [])
+        self.assertEqual(repeated_among([*rows, worked("claimed", subject="b"), worked("done", subject="b")]), [])
+
+    def test_work_that_is_claimed_after_its_end_is_repeated(self):
+        rows = [worked("claimed"), worked("done"), worked("claimed", "two"), worked("done", "two")]
+        self.assertEqual(tally(repeated_among(rows)), {"lost": 0, "repeated": 1, "twice": 1, "bytes": 0})
+
+    def test_a_kill_hits_all_that_its_process_held(self):
+        rows = [
+            worked("orphaned", "one", "execute_task", "a"),
+            worked("orphaned", "one", "execute_task", "b"),
+            worked("orphaned", "one", "freeze_dataset"),
+            worked("orphaned", "two", "execute_task"),
+            worked("orphaned", "slow", "generate"),
+            worked("done", "two", "verify_dataset"),
+        ]
+        self.assertEqual(hits_among(rows, ["one", "two"]), {"execute_task": 2, "freeze_dataset": 1})
+
+    def test_usual_time_is_that_since_the_last_claim(self):
+        rows = [worked("claimed"), worked("claimed", at_ms=500), worked("done", at_ms=2000)]
+        self.assertEqual(usual_seconds(rows), {"execute_task": 1.5})
+
+    def test_a_kill_is_aimed_at_the_kind_with_most_kills_left(self):
+        aims = Aims(6 * len(KINDS) + 2, {"generate": 2.0}, 1)
+        generate, freeze = Held("a", "generate", "one", ""), Held("b", "freeze_dataset", "one", "")
+        self.assertEqual(aims.target([freeze, generate]), generate)
+        aims.take(generate)
+        aims.take(generate)
+        self.assertEqual(aims.target([freeze, generate]), freeze)
+        for _ in range(2):
+            aims.take(generate)
+        self.assertIsNone(aims.target([generate]), "one job is not aimed at for ever")
+        self.assertLessEqual(aims.delay_seconds("generate"), 2.0)
+        self.assertIsNone(aims.target([]))
+        self.assertEqual(aims.left.total(), 6 * len(KINDS) + 2 - 4)
+
+    def test_missing_and_other_results_are_told_apart(self):
+        calm = {"scene": {"bundle": "1"}, "recording": {"a": "1", "b": "2"}, "dataset": {"manifest": "3"}}
+        self.assertEqual(differences(calm, dict(calm)), [])
+        found = {"scene": {"bundle": "1"}, "recording": {"a": "1", "c": "2"}}
+        self.assertEqual(differences(calm, found), ["lost: dataset is missing", "bytes: recording differs in b, c"])
+
+    def test_attempts_made_twice_are_found_in_the_events_of_a_recording(self):
+        def made(number):
+            return event(1, "attempt", number=number, outcome="success")
+
+        sound = [event(1, "queued"), made(1), made(0), event(1, "assembling"), event(1, "finished")]
+        self.assertEqual(recording_complaints(sound), [])
+        wrong = tally(recording_complaints([made(0), made(0), event(1, "attempt_lost", number=0)]))
+        self.assertEqual(wrong, {"lost": 2, "repeated": 1, "twice": 0, "bytes": 0})
 
 
 class Page(unittest.TestCase):

@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from tabletopgen_checks.bars.page import arguments, machine, measured_commit, table
-from tabletopgen_checks.bars.reliability import DEPENDS_ON, churn, faults, kills, leases, single, soak, submits, throughput
+from tabletopgen_checks.bars.reliability import DEPENDS_ON, churn, faults, kills, kinds, leases, single, soak, submits, throughput
 from tabletopgen_checks.bars.reliability.bench import STORES, Bench
 from tabletopgen_checks.bars.reliability.part import yes
 from tabletopgen_checks.bars.run import run
@@ -26,6 +26,7 @@ from tabletopgen_checks.result_pages import dependency_line
 
 PARTS = {
     "kills": ("Killed at every stage boundary and under load", kills.measure),
+    "kinds": ("Killed across all kinds of jobs", kinds.measure),
     "pauses": ("Stopped past the lease, then continued", leases.measure_pauses),
     "reclaims": ("From a kill to the next claim", leases.measure_reclaims),
     "slow_stage": ("A stage that is longer than the lease", leases.measure_slow_stage),
@@ -41,6 +42,8 @@ PARTS = {
 # The promised counts are the defaults.
 OPTIONS = {
     "kills": kills.PROMISED,
+    "kind_kills": kinds.PROMISED,
+    "kind_seed": kinds.SEED,
     "pauses": leases.PROMISED_PAUSES,
     "reclaims": leases.PROMISED_RECLAIMS,
     "lease": leases.DEFAULT_LEASE_SECONDS,
