@@ -1,10 +1,10 @@
 //! Files of a scene: artifacts of its stages, files of its bundle, archives by format.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, Row};
 
-use super::{Digest, Store, StoreError, database, events};
+use super::{Digest, Store, StoreError, database};
 use crate::boxed;
 use scene::{JobId, SceneId, TenantId};
 
@@ -48,6 +48,13 @@ pub struct BuiltScene {
     pub reasons: Vec<String>,
     pub summary: Value,
     pub metrics: Value,
+}
+
+impl BuiltScene {
+    /// The verdict of the certificate.
+    pub(crate) fn verdict(&self) -> &'static str {
+        if self.passed { "pass" } else { "quarantine" }
+    }
 }
 
 impl Store {
@@ -154,7 +161,7 @@ impl Store {
     }
 }
 
-/// Commits a finished job: its scene's rows, verdict, state and last event.
+/// Commits the result of a finished job: its scene's rows, verdict and state.
 pub(super) async fn record_built(
     connection: &mut AnyConnection,
     job_id: &JobId,
@@ -188,8 +195,7 @@ pub(super) async fn record_built(
         .await?;
     }
     insert_archive(connection, &tenant_id, &scene_id, "all", &built.archive).await?;
-    let (state, verdict, code) =
-        if built.passed { ("ready", "pass", None) } else { ("failed", "quarantine", Some("quarantined")) };
+    let (state, code) = if built.passed { ("ready", None) } else { ("failed", Some("quarantined")) };
     let message = (!built.passed).then(|| {
         format!(
             "the certificate says quarantine: {}; fetch the bundle only to inspect it",
@@ -202,17 +208,16 @@ pub(super) async fn record_built(
          WHERE id = $8",
     )
     .bind(state)
-    .bind(verdict)
+    .bind(built.verdict())
     .bind(code)
     .bind(message)
     .bind(built.summary.to_string())
     .bind(built.metrics.to_string())
     .bind(now_ms)
     .bind(scene_id.as_str())
-    .execute(&mut *connection)
+    .execute(connection)
     .await?;
-    let data = json!({ "verdict": verdict, "metrics": built.metrics });
-    events::append(connection, job_id, now_ms, "job_succeeded", &data).await
+    Ok(())
 }
 
 async fn insert_archive(

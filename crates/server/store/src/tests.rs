@@ -153,6 +153,7 @@ conformance! {
     deaths::a_busy_worker_makes_room_for_a_suspect_while_others_go_on,
     deaths::a_job_that_kills_its_process_alone_is_failed_with_a_diagnosis,
     deaths::a_job_that_is_cancelled_while_its_worker_is_dead_needs_no_worker,
+    background_work::a_success_of_any_kind_has_an_event,
     background_work::a_recording_that_kills_its_process_alone_waits_and_fails,
     background_work::a_freeze_that_kills_its_process_alone_waits_and_fails,
     background_work::a_freeze_that_fails_is_tried_again_after_a_delay_and_so_often,

@@ -19,42 +19,43 @@ pub(super) async fn finish(
     let job_id = &lease.job_id;
     match outcome {
         AttemptOutcome::Built(built) => {
-            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            let data = json!({ "verdict": built.verdict(), "metrics": built.metrics });
+            let state = succeed(connection, job_id, &data, now).await?;
             if state == JobState::Succeeded {
                 artifacts::record_built(connection, job_id, &built, now).await?;
             }
             Ok(state)
         }
         AttemptOutcome::Frozen(version) => {
-            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            let state = succeed(connection, job_id, &json!({}), now).await?;
             if state == JobState::Succeeded {
                 datasets::record_version(connection, job_id, &version, now).await?;
             }
             Ok(state)
         }
         AttemptOutcome::Verified(found) => {
-            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            let state = succeed(connection, job_id, &json!({}), now).await?;
             if state == JobState::Succeeded {
                 datasets::record_verification(connection, job_id, &found).await?;
             }
             Ok(state)
         }
         AttemptOutcome::Executed(answer) => {
-            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            let state = succeed(connection, job_id, &json!({}), now).await?;
             if state == JobState::Succeeded {
                 executions::record_answer(connection, job_id, &answer).await?;
             }
             Ok(state)
         }
         AttemptOutcome::Attempted(made) => {
-            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            let state = succeed(connection, job_id, &json!({}), now).await?;
             if state == JobState::Succeeded {
                 recordings::keep(connection, job_id, &made, now).await?;
             }
             Ok(state)
         }
         AttemptOutcome::Assembled(summary) => {
-            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
+            let state = succeed(connection, job_id, &json!({}), now).await?;
             if state == JobState::Succeeded {
                 recordings::finish(connection, job_id, &summary, now).await?;
             }
@@ -117,6 +118,20 @@ pub(super) async fn finish(
         }
         AttemptOutcome::Stopped => move_job(connection, job_id, JobEvent::Stopped, now).await,
     }
+}
+
+/// Moves a job to its success, unless it was cancelled; the event about it carries `data`.
+async fn succeed(
+    connection: &mut AnyConnection,
+    job_id: &JobId,
+    data: &Value,
+    now_ms: i64,
+) -> Result<JobState, StoreError> {
+    let state = move_job(connection, job_id, JobEvent::Succeeded, now_ms).await?;
+    if state == JobState::Succeeded {
+        events::append(connection, job_id, now_ms, "job_succeeded", data).await?;
+    }
+    Ok(state)
 }
 
 /// Fails a job and what it works on; the event about it carries the diagnosis, if there is one.

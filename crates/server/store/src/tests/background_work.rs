@@ -1,9 +1,10 @@
 //! Jobs of all kinds by the same rules: pauses, deaths of processes, isolation, failed attempts.
 
-use super::datasets::{dataset_of, file, freezing, submitted_dataset};
+use super::datasets::{dataset_of, file, freezing, frozen, submitted_dataset};
 use super::recordings::{Attempt, assembly, attempt_of, episode_lost, keep, made, new_recording, recording};
 use super::*;
 use crate::datasets::DatasetState;
+use crate::executions::{ExecutionAnswer, NewExecution};
 use crate::queue::{AttemptOutcome, BackgroundWork};
 use crate::recordings::{RecordingState, SubmitRecordingOutcome};
 use scene::{DatasetId, RecordingId};
@@ -52,6 +53,37 @@ async fn recording_state(store: &Store, id: &RecordingId) -> (RecordingState, Op
 async fn dataset_state(store: &Store, id: &DatasetId) -> (DatasetState, Option<String>) {
     let row = store.dataset(&DEFAULT_TENANT, id).await.expect("reads").expect("is there");
     (row.state, row.failure_code)
+}
+
+pub(super) async fn a_success_of_any_kind_has_an_event(place: Place) {
+    let store = place.store();
+    let dataset_id = submitted_dataset(store, "mugs").await;
+    let freeze = dataset(store, "a", LEASE).await.expect("there is work").lease;
+    store.finish(&freeze, frozen(1, &[])).await.expect("finishes");
+    store.verify_dataset(&DEFAULT_TENANT, &dataset_id).await.expect("answers");
+    let verification = dataset(store, "a", LEASE).await.expect("there is work").lease;
+    store.finish(&verification, AttemptOutcome::Verified(json!({}))).await.expect("finishes");
+    // Two episodes, so that the recording goes on, and keeps its jobs, after the first one.
+    ordered(store, 2).await;
+    let kept = attempt(store, "a", LEASE).await.expect("there is work");
+    keep(store, &kept, made("success")).await.expect("keeps");
+    let execution = NewExecution {
+        tenant_id: DEFAULT_TENANT.clone(),
+        scene_id: "scene".parse().expect("an id"),
+        request: json!({ "version": 1 }),
+        bundle: Digest::of(b"bundle"),
+    };
+    let executed = store.submit_execution(execution).await.expect("submits");
+    let scope = Scope::Job(executed);
+    let execution =
+        store.claim("a", LEASE, MAX_DEATHS, &scope).await.expect("answers").expect("it waits").lease;
+    let (digest, media_type) = (Digest::of(b"answer"), "application/json".to_owned());
+    let answer = ExecutionAnswer { digest, media_type, size: 6 };
+    store.finish(&execution, AttemptOutcome::Executed(answer)).await.expect("finishes");
+    for lease in [freeze, verification, kept.lease, execution] {
+        let events = store.events(&DEFAULT_TENANT, &lease.job_id, 0, 50).await.expect("reads");
+        assert_eq!(events.last().map(|event| event.kind.as_str()), Some("job_succeeded"), "{events:?}");
+    }
 }
 
 pub(super) async fn a_recording_that_kills_its_process_alone_waits_and_fails(place: Place) {
