@@ -173,8 +173,7 @@ def disturbed(bench, store: str, calm: dict, aims: Aims, found: Tally):
         for one in rounds:
             if one.recording:
                 wrong += recording_complaints(recording_events(service.api, one.recording))
-        # Only jobs that build scenes have stages, and an event of their success.
-        for (job_id,) in service.rows("SELECT id FROM jobs WHERE state = 'succeeded' AND kind = 'generate'"):
+        for (job_id,) in service.rows("SELECT id FROM jobs WHERE state = 'succeeded'"):
             wrong += complaints(service.api.events_after(job_id))
         found.wrong += [f"{line} ({service.name})" for line in wrong]
 
