@@ -63,9 +63,9 @@ pub enum ExportError {
     #[error("the name {0:?} is used twice or reserved for a file of the bundle")]
     NameTaken(String),
     #[error("{format} was written but tells another scene when it is read back: {difference}")]
-    RoundTripMismatch { format: &'static str, difference: Difference },
+    RoundTripMismatch { format: &'static str, difference: Box<Difference> },
     #[error("{format} was written but could not be read back: {reason}")]
-    Unreadable { format: &'static str, reason: ReadError },
+    Unreadable { format: &'static str, reason: Box<ReadError> },
     #[error("the archive or the USD package could not be packed")]
     Archive(#[from] zip::result::ZipError),
     #[error("a JSON file of the bundle could not be written")]
@@ -73,6 +73,14 @@ pub enum ExportError {
 }
 
 impl ExportError {
+    pub(crate) fn unreadable(format: &'static str, reason: ReadError) -> Self {
+        Self::Unreadable { format, reason: Box::new(reason) }
+    }
+
+    pub(crate) fn mismatch(format: &'static str, difference: Difference) -> Self {
+        Self::RoundTripMismatch { format, difference: Box::new(difference) }
+    }
+
     /// Stable error code for programs.
     pub fn code(&self) -> &'static str {
         match self {

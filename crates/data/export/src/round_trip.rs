@@ -171,8 +171,8 @@ pub fn read_back(bodies: &[Body], files: &[BundleFile]) -> Result<RoundTripRepor
         files.iter().map(|file| (file.path.as_str(), file.bytes.as_slice())).collect();
     let files = Files(by_path);
     let check = |format, read: fn(&Files<'_>) -> ReadResult<ReadScene>| {
-        let read = read(&files).map_err(|reason| ExportError::Unreadable { format, reason })?;
-        compare(bodies, &read).map_err(|difference| ExportError::RoundTripMismatch { format, difference })
+        let read = read(&files).map_err(|reason| ExportError::unreadable(format, reason))?;
+        compare(bodies, &read).map_err(|difference| ExportError::mismatch(format, difference))
     };
     let ((usd, urdf), (mjcf, (sdf, glb))) = rayon::join(
         || rayon::join(|| check("USD", usd::read), || check("URDF", urdf::read)),

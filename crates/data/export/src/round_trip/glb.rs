@@ -18,12 +18,12 @@ use super::{
 
 pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<MeshDeviation, ExportError> {
     let format = "GLB";
-    let unreadable = |reason| ExportError::Unreadable { format, reason };
+    let unreadable = |reason| ExportError::unreadable(format, reason);
     let read = |path: &str| {
         let bytes = files.bytes(path).map_err(unreadable)?;
         read_mesh_glb(bytes).map_err(|error| unreadable(ReadError::from(error).within(path)))
     };
-    let differs = |difference| Err(ExportError::RoundTripMismatch { format, difference });
+    let differs = |difference| Err(ExportError::mismatch(format, difference));
     for body in bodies {
         if read(&format!("glb/{}.glb", body.name))? != body.visual {
             return differs(Difference::Mesh(body.name.clone()));

@@ -22,7 +22,7 @@ pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<(), ExportError> {
         ("GLB", glb::labels(files)),
     ];
     for (format, labels) in read {
-        let labels = labels.map_err(|reason| ExportError::Unreadable { format, reason })?;
+        let labels = labels.map_err(|reason| ExportError::unreadable(format, reason))?;
         for body in bodies {
             // XML has no way to write most control characters.
             let wanted = if format == "GLB" { body.label.clone() } else { allowed_in_xml(&body.label) };
@@ -30,7 +30,7 @@ pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<(), ExportError> {
             if found != Some(&wanted) {
                 let (body, found) = (body.name.clone(), found.cloned());
                 let difference = Difference::Label { body, found, wanted };
-                return Err(ExportError::RoundTripMismatch { format, difference });
+                return Err(ExportError::mismatch(format, difference));
             }
         }
     }

@@ -34,14 +34,14 @@ pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<(), ExportError> {
         ("GLB", glb::stand_ins(files)),
     ];
     for (format, marks) in read {
-        let marks = marks.map_err(|reason| ExportError::Unreadable { format, reason })?;
+        let marks = marks.map_err(|reason| ExportError::unreadable(format, reason))?;
         // XML has no way to write most control characters.
         let words: fn(&str) -> String = if format == "GLB" { str::to_owned } else { allowed_in_xml };
         let wanted: Marks =
             bodies.iter().filter_map(|body| Some((body.name.clone(), held(body, words)?))).collect();
         if marks != wanted {
             let difference = Difference::StandIns { found: marks, wanted };
-            return Err(ExportError::RoundTripMismatch { format, difference });
+            return Err(ExportError::mismatch(format, difference));
         }
     }
     Ok(())

@@ -51,13 +51,13 @@ type Paths = ReadResult<Vec<Vec<String>>>;
 
 pub fn compare(bodies: &[Body], files: &Files<'_>) -> Result<VertexDeviations, ExportError> {
     let of = |format, paths: Paths| -> Result<f64, ExportError> {
-        let paths = paths.map_err(|reason| ExportError::Unreadable { format, reason })?;
+        let paths = paths.map_err(|reason| ExportError::unreadable(format, reason))?;
         let worst: Vec<f64> = bodies
             .par_iter()
             .zip(&paths)
             .map(|(body, paths)| farthest_m(body, paths, files))
             .collect::<Result<_, Difference>>()
-            .map_err(|difference| ExportError::RoundTripMismatch { format, difference })?;
+            .map_err(|difference| ExportError::mismatch(format, difference))?;
         Ok(ceil_to_power_of_ten(worst.into_iter().fold(0.0, larger)))
     };
     Ok(VertexDeviations {
