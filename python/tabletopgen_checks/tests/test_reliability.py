@@ -9,7 +9,7 @@ from pathlib import Path
 from tabletopgen_checks.bars.reliability import audit, bare, plot
 from tabletopgen_checks.bars.reliability.__main__ import KEPT, page_of
 from tabletopgen_checks.bars.reliability.audit import Worked, repeated_among
-from tabletopgen_checks.bars.reliability.kinds import KINDS, Aims, Held, hits_among, recording_complaints, usual_seconds
+from tabletopgen_checks.bars.reliability.kinds import KINDS, Aims, HeldJob, hits_among, recording_complaints, usual_seconds
 from tabletopgen_checks.bars.reliability.orders import differences
 from tabletopgen_checks.bars.reliability.proxy import Proxy
 from tabletopgen_checks.bars.reliability.scenes import complaints, quantile, tally
@@ -210,9 +210,9 @@ class WorkOfAllKinds(unittest.TestCase):
         rows = [worked("claimed"), worked("claimed", at_ms=500), worked("done", at_ms=2000)]
         self.assertEqual(usual_seconds(rows), {"execute_task": 1.5})
 
-    def test_a_kill_is_aimed_at_the_kind_with_most_kills_left(self):
+    def test_a_kill_is_aimed_at_the_kind_with_the_greatest_rest(self):
         aims = Aims(6 * len(KINDS) + 2, {"generate": 2.0}, 1)
-        generate, freeze = Held("a", "generate", "one", ""), Held("b", "freeze_dataset", "one", "")
+        generate, freeze = HeldJob("a", "generate", "one", ""), HeldJob("b", "freeze_dataset", "one", "")
         self.assertEqual(aims.target([freeze, generate]), generate)
         aims.take(generate)
         aims.take(generate)
@@ -224,7 +224,7 @@ class WorkOfAllKinds(unittest.TestCase):
         self.assertIsNone(aims.target([]))
         self.assertEqual(aims.left.total(), 6 * len(KINDS) + 2 - 4)
 
-    def test_missing_and_other_results_are_told_apart(self):
+    def test_missing_and_other_results_are_distinguished(self):
         calm = {"scene": {"bundle": "1"}, "recording": {"a": "1", "b": "2"}, "dataset": {"manifest": "3"}}
         self.assertEqual(differences(calm, dict(calm)), [])
         found = {"scene": {"bundle": "1"}, "recording": {"a": "1", "c": "2"}}

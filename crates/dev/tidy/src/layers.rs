@@ -135,9 +135,9 @@ pub const CRATES: &[Layer] = &[
         ],
         &[SERVERS, CLIENTS, ROWS],
     ),
-    // The client of S3 is that of `object_store`; it takes the provider of cryptography that is installed.
+    // The client of S3 is that of `object_store`; it takes the features of `reqwest` and the provider of cryptography.
     // Rows of batches have the states, counts and budget of the command line's.
-    layer("store", &["batches", "runtime", "scene"], &[SERVERS, CLIENTS]).but(&["rustls::crypto"]),
+    layer("store", &["batches", "runtime", "scene"], &[SERVERS, CLIENTS]).but(&["reqwest", "rustls::crypto"]),
     layer("tidy", &[], &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES]),
     // For tests alone.
     layer("test_settings", &[], PURE),

@@ -36,14 +36,14 @@ WORKERS = {"sqlite": 1, "postgres": 2}
 APART_SECONDS = (0.3, 2.0)
 # Where jobs take longer than this, as beside other programs, most kills come before their end.
 LATEST_SECONDS = 10.0
-LOOK_SECONDS = 0.05
+PAUSE_SECONDS = 0.05
 PATIENCE_SECONDS = 1800
 # Jobs that are worked on, and the database user of the process that claimed each.
 HELD = """SELECT jobs.id, jobs.kind, jobs.owner, (SELECT by_user FROM worked
     WHERE worked.job_id = jobs.id AND what = 'claimed' ORDER BY worked.id DESC LIMIT 1) FROM jobs WHERE state = 'running'"""
 
 
-class Held(NamedTuple):
+class HeldJob(NamedTuple):
     """A job that a process works on."""
 
     job_id: str
@@ -75,11 +75,11 @@ class Aims:
     def any(self) -> bool:
         return self.left.total() > 0
 
-    def target(self, held: list) -> "Held | None":
+    def target(self, held: list) -> "HeldJob | None":
         """A job of the kind with most kills left that was not aimed at too often."""
         fair = [job for job in held if self.left[job.kind] > 0 and self.aimed[job.job_id] < KILLS_OF_A_JOB]
-        most = max((self.left[job.kind] for job in fair), default=0)
-        return self.draw.choice([job for job in fair if self.left[job.kind] == most]) if fair else None
+        highest = max((self.left[job.kind] for job in fair), default=0)
+        return self.draw.choice([job for job in fair if self.left[job.kind] == highest]) if fair else None
 
     def delay_seconds(self, kind: str) -> float:
         return self.draw.uniform(0.0, min(self.seconds.get(kind, 0.0), LATEST_SECONDS))
@@ -87,7 +87,7 @@ class Aims:
     def pause_seconds(self) -> float:
         return self.draw.uniform(*APART_SECONDS)
 
-    def take(self, target: Held):
+    def take(self, target: HeldJob):
         self.left[target.kind] -= 1
         self.aimed[target.job_id] += 1
 
@@ -188,10 +188,10 @@ def work_through(service, rounds: list, between):
         if time.monotonic() > deadline:
             # What is missing is found when results are compared.
             return
-        looked_until = time.monotonic() + 4 * LOOK_SECONDS
-        while time.monotonic() < looked_until:
+        watched_until = time.monotonic() + 4 * PAUSE_SECONDS
+        while time.monotonic() < watched_until:
             between()
-            time.sleep(LOOK_SECONDS)
+            time.sleep(PAUSE_SECONDS)
 
 
 class Killer:
@@ -201,7 +201,7 @@ class Killer:
         self.service, self.aims = service, aims
         # Owners of jobs: the names that the killed processes had in the queue.
         self.killed: list[str] = []
-        self.target: Held | None = None
+        self.target: HeldJob | None = None
         self.due = 0.0
 
     def step(self):
@@ -226,10 +226,10 @@ class Killer:
 
     def held(self) -> list:
         """Jobs of processes that live."""
-        jobs = [Held(*row) for row in self.service.rows(HELD)]
+        jobs = [HeldJob(*row) for row in self.service.rows(HELD)]
         return [job for job in jobs if job.owner not in self.killed and self.process_of(job) is not None]
 
-    def process_of(self, job: Held):
+    def process_of(self, job: HeldJob):
         users = self.service.users
         return next((server for server in self.service.workers if (users[server] or "") == job.user), None)
 

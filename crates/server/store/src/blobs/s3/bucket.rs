@@ -16,6 +16,8 @@ use object_store::{
     BackoffConfig, ClientOptions, Error, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode, PutOptions,
     Result, RetryConfig, WriteMultipart,
 };
+// The dependency chooses the TLS of the client of `object_store`, which does not compile without any.
+use reqwest as _;
 
 use super::{CONNECT_TIMEOUT, S3Settings};
 use crate::StoreError;
