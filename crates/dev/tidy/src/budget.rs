@@ -84,7 +84,7 @@ pub fn format(counts: &Counts) -> String {
     counts.iter().map(|((path, rule), count)| format!("{path}\t{}\t{count}\n", rule.name())).collect()
 }
 
-/// A line of the budget that is not of the form of [`format`].
+/// A line of the budget that is not of the form of [`format()`].
 #[derive(Debug)]
 pub struct MalformedLine {
     /// From 1.
