@@ -13,10 +13,8 @@ use sqlx::sqlite::{
 use sqlx::{AnyConnection, AssertSqlSafe, Connection, Row};
 
 use super::readers::Readers;
-use super::{DatabaseAddress, Settings, StoreError, postgres};
+use super::{DatabaseAddress, Settings, StoreError, migrations, postgres};
 use scene::id::InvalidId;
-
-pub(super) static SQLITE_MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../../migrations/sqlite");
 
 /// The write-ahead log of SQLite shrinks to this after a burst of writes.
 const MAX_IDLE_LOG_BYTES: u32 = 16 << 20;
@@ -105,7 +103,7 @@ pub(super) async fn sqlite_writer(path: &Path, settings: &Settings) -> Result<An
     sqlx::any::install_default_drivers();
     let opened = |source| StoreError::Sql { doing: "open", source };
     let mut direct = SqliteConnection::connect_with(&sqlite_options(path, settings)).await.map_err(opened)?;
-    SQLITE_MIGRATIONS.run_direct(None, &mut direct, false).await?;
+    migrations::SQLITE.run_direct(None, &mut direct, false).await?;
     direct.close().await.map_err(opened)?;
     let mut connection = AnyConnection::connect_with(&sqlite_address(path, "rw")?).await.map_err(opened)?;
     sqlx::raw_sql(AssertSqlSafe(pragmas(settings))).execute(&mut connection).await.map_err(opened)?;

@@ -26,6 +26,7 @@ pub mod blobs;
 mod readers;
 mod list_query;
 mod writer;
+mod migrations;
 mod database;
 #[cfg(feature = "postgres")]
 mod postgres;

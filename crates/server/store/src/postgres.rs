@@ -9,9 +9,7 @@ use sqlx::postgres::{PgConnectOptions, PgConnection, PgDatabaseError, PgListener
 use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Connection};
 
 use super::readers::no_answer;
-use super::{Intent, Settings, StoreError};
-
-pub(super) static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../../migrations/postgres");
+use super::{Intent, Settings, StoreError, migrations};
 
 /// A connection that rested longer is tested before its next use; a test costs a round trip.
 const UNTESTED: Duration = Duration::from_secs(1);
@@ -33,7 +31,7 @@ pub(super) async fn pool(url: &str, settings: &Settings, intent: Intent) -> Resu
     let long = limits.long_timeout();
     let limit = format!("SET statement_timeout = {0}; SET lock_timeout = {0}", long.as_millis());
     in_time(limits.prompt().answer, sqlx::raw_sql(AssertSqlSafe(limit)).execute(&mut direct)).await?;
-    match tokio::time::timeout(long, MIGRATIONS.run(&mut direct)).await {
+    match tokio::time::timeout(long, migrations::POSTGRES.run(&mut direct)).await {
         Ok(migrated) => migrated?,
         Err(_) => return Err(opened(no_answer(long))),
     }

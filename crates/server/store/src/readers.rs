@@ -15,7 +15,7 @@ use futures::stream::BoxStream;
 use futures::{StreamExt, TryStreamExt, stream};
 use sqlx::any::{Any, AnyQueryResult, AnyRow, AnyStatement, AnyTypeInfo};
 use sqlx::pool::PoolConnection;
-use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Describe, Either, Execute, Executor, SqlStr};
+use sqlx::{AnyConnection, AnyPool, AssertSqlSafe, Either, Execute, Executor, SqlStr};
 use tokio::time::Instant;
 
 use super::database::Dialect;
@@ -203,13 +203,5 @@ impl<'c> Executor<'c> for &Readers {
     {
         let pool = self.pool.clone();
         Box::pin(async move { pool.acquire().await?.prepare_with(sql, parameters).await })
-    }
-
-    fn describe<'e>(self, sql: SqlStr) -> BoxFuture<'e, Result<Describe<Any>, sqlx::Error>>
-    where
-        'c: 'e,
-    {
-        let pool = self.pool.clone();
-        Box::pin(async move { pool.acquire().await?.describe(sql).await })
     }
 }

@@ -50,14 +50,14 @@ async fn work_of_an_earlier_release_goes_on_as_jobs() {
     let path = directory.path().join(backup::DATABASE_FILE);
     let options = SqliteConnectOptions::new().filename(&path).create_if_missing(true);
     let mut connection = SqliteConnection::connect_with(&options).await.expect("connects");
-    earlier(&database::SQLITE_MIGRATIONS).run_direct(None, &mut connection, false).await.expect("migrates");
+    earlier(&migrations::SQLITE).run_direct(None, &mut connection, false).await.expect("migrates");
     sqlx::raw_sql(sqlx::AssertSqlSafe(rows.clone())).execute(&mut connection).await.expect("inserts");
     connection.close().await.expect("closes");
     goes_on(directory.path(), &settings(DatabaseAddress::Sqlite)).await;
 
     let url = test_postgres::database().await;
     let mut connection = PgConnection::connect(&url).await.expect("connects");
-    earlier(&crate::postgres::MIGRATIONS).run_direct(None, &mut connection, false).await.expect("migrates");
+    earlier(&migrations::POSTGRES).run_direct(None, &mut connection, false).await.expect("migrates");
     sqlx::raw_sql(sqlx::AssertSqlSafe(rows)).execute(&mut connection).await.expect("inserts");
     connection.close().await.expect("closes");
     goes_on(directory.path(), &settings(DatabaseAddress::Postgres(url))).await;
