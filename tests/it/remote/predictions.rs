@@ -238,7 +238,8 @@ async fn files_that_are_no_mesh_are_refused() {
     let flat = write_mesh_glb(&bottle().scaled(DVec3::new(1.0, 1.0, 1e-9)).snap_to_f32());
     for (bad, message) in [
         (whole.slice(..whole.len() / 2), "cut short"),
-        (Bytes::from_static(b"PK\x03\x04"), "glTF"),
+        (Bytes::from_static(b"no mesh"), "glTF"),
+        (Bytes::from_static(b"PK\x03\x04"), "ZIP archive"),
         (write_mesh_glb(&TexturedMesh::default()).into(), "no triangle"),
         (flat.into(), "flat"),
     ] {
