@@ -19,44 +19,51 @@ pub(super) async fn finish(
     let job_id = &lease.job_id;
     match outcome {
         AttemptOutcome::Built(built) => {
-            let data = json!({ "verdict": built.verdict(), "metrics": built.metrics });
-            let state = succeed(connection, job_id, &data, now).await?;
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
             if state == JobState::Succeeded {
                 artifacts::record_built(connection, job_id, &built, now).await?;
+                let data = json!({ "verdict": built.verdict(), "metrics": built.metrics });
+                append_success(connection, job_id, &data, now).await?;
             }
             Ok(state)
         }
         AttemptOutcome::Frozen(version) => {
-            let state = succeed(connection, job_id, &json!({}), now).await?;
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
             if state == JobState::Succeeded {
                 datasets::record_version(connection, job_id, &version, now).await?;
+                append_success(connection, job_id, &json!({}), now).await?;
             }
             Ok(state)
         }
         AttemptOutcome::Verified(found) => {
-            let state = succeed(connection, job_id, &json!({}), now).await?;
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
             if state == JobState::Succeeded {
                 datasets::record_verification(connection, job_id, &found).await?;
+                append_success(connection, job_id, &json!({}), now).await?;
             }
             Ok(state)
         }
         AttemptOutcome::Executed(answer) => {
-            let state = succeed(connection, job_id, &json!({}), now).await?;
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
             if state == JobState::Succeeded {
                 executions::record_answer(connection, job_id, &answer).await?;
+                append_success(connection, job_id, &json!({}), now).await?;
             }
             Ok(state)
         }
         AttemptOutcome::Attempted(made) => {
-            let state = succeed(connection, job_id, &json!({}), now).await?;
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
             if state == JobState::Succeeded {
                 recordings::keep(connection, job_id, &made, now).await?;
+                append_success(connection, job_id, &json!({}), now).await?;
             }
             Ok(state)
         }
         AttemptOutcome::Assembled(summary) => {
-            let state = succeed(connection, job_id, &json!({}), now).await?;
+            let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
             if state == JobState::Succeeded {
+                // The end of a recording drops its jobs.
+                append_success(connection, job_id, &json!({}), now).await?;
                 recordings::finish(connection, job_id, &summary, now).await?;
             }
             Ok(state)
@@ -120,18 +127,15 @@ pub(super) async fn finish(
     }
 }
 
-/// Moves a job to its success, unless it was cancelled; the event about it carries `data`.
-async fn succeed(
+/// The event about the success of a job. It comes after what locks a recording: in PostgreSQL, a second change of a job's
+/// row in a transaction shares the lock of the recording's row, and of several that share it none gets it alone.
+async fn append_success(
     connection: &mut AnyConnection,
     job_id: &JobId,
     data: &Value,
     now_ms: i64,
-) -> Result<JobState, StoreError> {
-    let state = move_job(connection, job_id, JobEvent::Succeeded, now_ms).await?;
-    if state == JobState::Succeeded {
-        events::append(connection, job_id, now_ms, "job_succeeded", data).await?;
-    }
-    Ok(state)
+) -> Result<(), StoreError> {
+    events::append(connection, job_id, now_ms, "job_succeeded", data).await
 }
 
 /// Fails a job and what it works on; the event about it carries the diagnosis, if there is one.
@@ -145,8 +149,8 @@ pub(super) async fn fail(
 ) -> Result<JobState, StoreError> {
     let state = move_job(connection, job_id, event, now_ms).await?;
     if state == JobState::Failed {
-        record_failure(connection, job_id, failure).await?;
         subject_failed(connection, job_id, &failure.code, &failure.message, now_ms).await?;
+        record_failure(connection, job_id, failure).await?;
         let mut data = json!(failure);
         if let Some(diagnosis) = diagnosis {
             data["diagnosis"] = diagnosis;
