@@ -127,8 +127,8 @@ pub(super) async fn finish(
     }
 }
 
-/// The event about the success of a job. It comes after what locks a recording: in PostgreSQL, a second change of a job's
-/// row in a transaction shares the lock of the recording's row, and of several that share it none gets it alone.
+/// The event about the success of a job. It comes after what locks a recording: in PostgreSQL, a second change of a
+/// job's row in a transaction shares the lock of the recording's row, and of several that share it none gets it alone.
 async fn append_success(
     connection: &mut AnyConnection,
     job_id: &JobId,
