@@ -62,9 +62,8 @@ pub(super) async fn finish(
         AttemptOutcome::Assembled(summary) => {
             let state = move_job(connection, job_id, JobEvent::Succeeded, now).await?;
             if state == JobState::Succeeded {
-                // The end of a recording drops its jobs.
-                append_success(connection, job_id, &json!({}), now).await?;
                 recordings::finish(connection, job_id, &summary, now).await?;
+                append_success(connection, job_id, &json!({}), now).await?;
             }
             Ok(state)
         }
@@ -149,6 +148,7 @@ pub(super) async fn fail(
 ) -> Result<JobState, StoreError> {
     let state = move_job(connection, job_id, event, now_ms).await?;
     if state == JobState::Failed {
+        // First, as it locks a recording; see `append_success`.
         subject_failed(connection, job_id, &failure.code, &failure.message, now_ms).await?;
         record_failure(connection, job_id, failure).await?;
         let mut data = json!(failure);
