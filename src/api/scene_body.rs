@@ -11,7 +11,7 @@ use super::admission::overloaded;
 use super::body::BodyReader;
 use super::body_memory::Reservation;
 use super::data_uri::Base64Image;
-use super::extract::TenantApi;
+use super::extract::{JsonRequest, TenantApi};
 use super::form_body::{self, Form};
 pub use super::json_body::parse;
 use super::json_body::{media_type, parse_apart};
@@ -99,6 +99,12 @@ pub struct SceneForm {
     pub request: FormRequest,
 }
 
+impl JsonRequest for SceneBody {
+    type Schema = SceneSubmission;
+    const EXAMPLE: &str = r#"{"text": "A breakfast table with two mugs and a bowl of apples", "seed": 7}"#;
+    const IS_SMALL: bool = false;
+}
+
 impl SceneBody {
     /// The order of the body. `image` is the content of an image file, wherever it came from; [`Self::image`] is not
     /// read.
@@ -126,7 +132,7 @@ pub(super) fn terms(
 /// A [`Problem`] where the body does not arrive within the limits, or will not do.
 pub async fn receive(api: &TenantApi, request: Request) -> Result<(Submission, Reservation), Problem> {
     let (parts, body) = request.into_parts();
-    let (mut body, file, mut memory) = match media_type(&parts.headers).as_str() {
+    let (body, file, memory) = match media_type(&parts.headers).as_str() {
         "application/json" => {
             let reader = BodyReader::new(api, &parts, body, api.settings.max_body_bytes);
             let (body, memory) = parse_apart(api, reader.collect().await?).await?;
@@ -151,6 +157,20 @@ pub async fn receive(api: &TenantApi, request: Request) -> Result<(Submission, R
             ));
         }
     };
+    check(api, body, file, memory).await
+}
+
+/// Loads the image of a body, unless it came as a file, and checks both. The reservation covers the image.
+///
+/// # Errors
+///
+/// A [`Problem`] where the image is not to be had, or body or image will not do.
+pub async fn check(
+    api: &TenantApi,
+    mut body: SceneBody,
+    file: Option<Bytes>,
+    mut memory: Reservation,
+) -> Result<(Submission, Reservation), Problem> {
     let image = load_image(api, &mut body, file, &mut memory).await?;
     memory.shrink_to(image.as_ref().map_or(0, Bytes::len) + body.text.as_ref().map_or(0, String::len));
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;

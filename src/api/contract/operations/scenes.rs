@@ -3,7 +3,9 @@
 use super::super::operation::Operation;
 use crate::api::artifacts::ArtifactList;
 use crate::api::edits::ValidatedEdit;
+use crate::api::extract::JsonRequest;
 use crate::api::lineage::Lineage;
+use crate::api::scene_body::SceneBody;
 use crate::api::scene_body::SceneForm;
 use crate::api::scene_body::SceneSubmission;
 use crate::api::scenes::ScenePage;
@@ -26,7 +28,11 @@ pub fn list_scenes(operation: &mut Operation<'_>) {
 /// `POST /scenes`.
 pub fn submit_scene(operation: &mut Operation<'_>) {
     operation.is("scenes", "submitScene", "Submit a text or an image; a job makes the scene.");
-    reads_scene(operation);
+    operation.reads::<SceneSubmission>("application/json");
+    operation.shows("application/json", SceneBody::EXAMPLE);
+    operation.reads::<SceneForm>("multipart/form-data");
+    let parts = [("image", "image/png, image/jpeg, image/webp"), ("request", "application/json")];
+    operation.encodes("multipart/form-data", &parts);
     operation.answers::<SceneView>(202, "Accepted; not finished yet, or no wait was asked for.");
     operation.locates();
     operation.applies_preference();
@@ -52,20 +58,7 @@ pub fn submit_scene(operation: &mut Operation<'_>) {
 pub fn validate_scene(operation: &mut Operation<'_>) {
     let summary = "Check a request for a scene as if it were submitted; nothing is enqueued.";
     operation.is("scenes", "validateScene", summary);
-    reads_scene(operation);
     operation.answers::<Validated>(200, "The request as understood.");
-}
-
-/// The bodies of a request for a scene.
-fn reads_scene(operation: &mut Operation<'_>) {
-    operation.reads::<SceneSubmission>("application/json");
-    operation.shows(
-        "application/json",
-        r#"{"text": "A breakfast table with two mugs and a bowl of apples", "seed": 7}"#,
-    );
-    operation.reads::<SceneForm>("multipart/form-data");
-    let parts = [("image", "image/png, image/jpeg, image/webp"), ("request", "application/json")];
-    operation.encodes("multipart/form-data", &parts);
 }
 
 /// `GET /scenes/{scene_id}`.
