@@ -3,7 +3,6 @@
 //! `statistics.json` is this value; `statistics.html` shows it with plots.
 
 pub mod distribution;
-pub mod markup;
 pub mod charts;
 pub mod page;
 

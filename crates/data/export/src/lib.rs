@@ -21,7 +21,6 @@ pub mod assets;
 pub mod body;
 pub mod surface;
 pub mod number;
-pub mod xml;
 pub mod wavefront;
 pub mod usd;
 mod sun;

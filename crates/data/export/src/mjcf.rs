@@ -23,8 +23,8 @@ use scene::Scene;
 use super::number::spaced;
 use super::sun::Sun;
 use super::wavefront::Wavefront;
-use super::xml::XmlDocument;
 use super::{Body, BundleFile, ExportSettings};
+use markup::xml::XmlDocument;
 
 /// Name prefix of the text entries that hold the user's labels.
 pub const LABEL_PREFIX: &str = "label_";

@@ -3,7 +3,6 @@
 //! Both contain the verdict and its reasons, the account of the text, measurements with their thresholds, the result of
 //! the round trip, and the provenance of the scene.
 
-mod html;
 mod numbers;
 mod image;
 mod plan;

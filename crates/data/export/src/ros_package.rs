@@ -3,8 +3,8 @@
 
 use scene::Scene;
 
-use super::xml::XmlDocument;
 use super::{Body, BundleFile, ExportSettings};
+use markup::xml::XmlDocument;
 
 /// Name of the package of a scene.
 pub fn name(scene: &Scene) -> String {

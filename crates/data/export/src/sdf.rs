@@ -19,10 +19,11 @@ use scene::Scene;
 
 use super::number::spaced;
 use super::sun::Sun;
+use super::urdf::LABEL_NAMESPACE;
 use super::urdf::origin;
 use super::wavefront::{Wavefront, hull_file, visual_file};
-use super::xml::{LABEL_NAMESPACE, XmlDocument};
 use super::{Body, BundleFile, ExportSettings};
+use markup::xml::XmlDocument;
 
 const VERSION: &str = "1.9";
 

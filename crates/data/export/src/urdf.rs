@@ -9,12 +9,16 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use geometry::{Pose, SimpleSolid, SimpleSolidKind};
+use markup::xml::XmlDocument;
 use scene::Scene;
 
 use super::number::spaced;
 use super::wavefront::{Wavefront, hull_file, visual_file};
-use super::xml::{LABEL_NAMESPACE, XmlDocument};
 use super::{Body, BundleFile, ExportSettings, UrdfPaths, ros_package};
+
+/// Namespace of the elements and attributes that hold a user's label and the mark of a stand-in where the format has no
+/// place for them. Loaders ignore them.
+pub const LABEL_NAMESPACE: &str = "https://tabletopgen.invalid/label/1";
 
 /// All files under `urdf/`.
 pub fn write(

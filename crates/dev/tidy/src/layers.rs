@@ -48,6 +48,7 @@ pub const CRATES: &[Layer] = &[
     layer("gpu", &[], PURE).but(&["std::env::var"]),
     layer("video", &["imaging"], PURE),
     layer("geometry", &["imaging", "runtime"], PURE),
+    layer("markup", &[], PURE),
     layer("mesh_io", &["geometry", "imaging"], PURE),
     layer("soft_raster", &["geometry", "imaging"], PURE),
     layer("render", &["geometry", "gpu", "imaging", "runtime"], PURE),
@@ -60,19 +61,19 @@ pub const CRATES: &[Layer] = &[
     layer("physics", &["geometry", "runtime", "scene"], PURE),
     layer("editing", &["catalog", "geometry", "physics", "runtime", "scene"], PURE),
     layer("batches", &["runtime", "scene"], PURE),
-    // Stands alone, so that it can be used without scenes; its linear algebra is nalgebra.
-    layer("robot", &[], PURE),
+    // Knows nothing of scenes, so that it can be used without them; its linear algebra is nalgebra.
+    layer("robot", &["markup"], PURE),
     layer("tasks", &["catalog", "editing", "geometry", "physics", "runtime", "scene"], PURE),
     layer("manipulation", &["geometry", "physics", "robot", "runtime", "scene", "tasks"], PURE),
     layer(
         "export",
-        &["certificate", "geometry", "imaging", "mesh_io", "runtime", "scene"],
+        &["certificate", "geometry", "imaging", "markup", "mesh_io", "runtime", "scene"],
         &[SERVERS, CLIENTS, ROWS, TASKS, FILES, SYSTEM],
     ),
     // Datasets are files on a disk: it reads bundles and writes shards.
     layer(
         "datasets",
-        &["certificate", "export", "geometry", "imaging", "runtime", "scene"],
+        &["certificate", "export", "geometry", "imaging", "markup", "runtime", "scene"],
         &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES, SYSTEM, CLOCKS, CHANCE],
     ),
     // Episodes know nothing of scenes: they are numbers and images, and become files on a disk.

@@ -8,7 +8,6 @@ mod mjcf;
 mod numbers;
 mod urdf;
 mod usd;
-mod xml;
 
 use crate::model::Robot;
 use crate::model::checked_pairs;

@@ -1,7 +1,7 @@
 //! Bar charts as inline SVG: columns for histograms, rows for names. Axes have titles with units and round ticks.
 
 use super::distribution::Distribution;
-use super::markup::Markup;
+use markup::html::Html;
 
 /// Width of all charts, in units of the drawing.
 const WIDTH: f64 = 680.0;
@@ -26,7 +26,7 @@ pub enum Ticks {
 
 impl Chart<'_> {
     /// A histogram as vertical columns of equal width.
-    pub fn columns(&self, page: &mut Markup, distribution: &Distribution, ticks: Ticks) {
+    pub fn columns(&self, page: &mut Html, distribution: &Distribution, ticks: Ticks) {
         const HEIGHT: f64 = 300.0;
         const LEFT: f64 = 70.0;
         const TOP: f64 = 44.0;
@@ -74,7 +74,7 @@ impl Chart<'_> {
     }
 
     /// Counts by name as horizontal bars, in the order given.
-    pub fn rows(&self, page: &mut Markup, bars: &[(String, usize)]) {
+    pub fn rows(&self, page: &mut Html, bars: &[(String, usize)]) {
         const LEFT: f64 = 210.0;
         const TOP: f64 = 56.0;
         const PITCH: f64 = 22.0;
@@ -101,7 +101,7 @@ impl Chart<'_> {
         page.close();
     }
 
-    fn open(&self, page: &mut Markup, height: f64) {
+    fn open(&self, page: &mut Html, height: f64) {
         let view_box = format!("0 0 {WIDTH:.0} {height:.0}");
         let attributes = [
             ("xmlns", "http://www.w3.org/2000/svg"),
@@ -115,17 +115,17 @@ impl Chart<'_> {
     }
 }
 
-fn text(page: &mut Markup, at: [f64; 2], class: &str, words: &str) {
+fn text(page: &mut Html, at: [f64; 2], class: &str, words: &str) {
     let (x, y) = (format!("{:.1}", at[0]), format!("{:.1}", at[1]));
     page.leaf("text", &[("x", &x), ("y", &y), ("class", class)], words);
 }
 
-fn line(page: &mut Markup, from: [f64; 2], to: [f64; 2], class: &str) {
+fn line(page: &mut Html, from: [f64; 2], to: [f64; 2], class: &str) {
     let [x1, y1, x2, y2] = [from[0], from[1], to[0], to[1]].map(|value| format!("{value:.1}"));
     page.void("line", &[("x1", &x1), ("y1", &y1), ("x2", &x2), ("y2", &y2), ("class", class)]);
 }
 
-fn rectangle(page: &mut Markup, at: [f64; 2], size: [f64; 2]) {
+fn rectangle(page: &mut Html, at: [f64; 2], size: [f64; 2]) {
     let [x, y, width, height] = [at[0], at[1], size[0], size[1]].map(|value| format!("{value:.1}"));
     page.void("rect", &[("x", &x), ("y", &y), ("width", &width), ("height", &height), ("class", "bar")]);
 }
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_chart_has_a_title_both_axes_and_a_bar_per_bin() {
-        let mut page = Markup::default();
+        let mut page = Html::default();
         let chart = Chart { title: "Masses", axis: "mass, kg", counted: "objects" };
         chart.columns(
             &mut page,

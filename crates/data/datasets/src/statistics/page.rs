@@ -1,10 +1,10 @@
 //! `statistics.html`: one page without scripts, links or files, for screen and print.
 
+use markup::html::{Cell, Html};
 use std::collections::BTreeMap;
 
 use super::charts::{Chart, Ticks};
 use super::distribution::Distribution;
-use super::markup::Markup;
 use super::{CategoryCount, Statistics};
 
 /// Content security policy: the page loads nothing, whatever a category is called.
@@ -15,7 +15,7 @@ const SHOWN_CATEGORIES: usize = 30;
 
 /// The text of the page; `title` names the dataset and its version.
 pub fn write(title: &str, statistics: &Statistics) -> String {
-    let mut page = Markup::default();
+    let mut page = Html::default();
     page.open("html", &[("lang", "en"), ("xmlns", "http://www.w3.org/1999/xhtml")]);
     page.open("head", &[]);
     page.void("meta", &[("charset", "utf-8")]);
@@ -34,7 +34,7 @@ pub fn write(title: &str, statistics: &Statistics) -> String {
     format!("<!DOCTYPE html>\n{}", page.finish())
 }
 
-fn summary(page: &mut Markup, title: &str, statistics: &Statistics) {
+fn summary(page: &mut Html, title: &str, statistics: &Statistics) {
     page.leaf("h1", &[], title);
     let words = format!(
         "{} scenes with {} objects of {} categories; {} stand-ins for objects that the catalog does not have.",
@@ -59,10 +59,10 @@ fn summary(page: &mut Markup, title: &str, statistics: &Statistics) {
             ]
         })
         .collect();
-    page.table(&["Split", "Asked for", "Share", "Scenes", "Objects", "Objects per scene"], &rows);
+    table(page, &["Split", "Asked for", "Share", "Scenes", "Objects", "Objects per scene"], rows);
 }
 
-fn content(page: &mut Markup, statistics: &Statistics) {
+fn content(page: &mut Html, statistics: &Statistics) {
     let chart = |title, axis, counted| Chart { title, axis, counted };
     chart("Objects per scene", "objects in a scene", "scenes").columns(
         page,
@@ -95,7 +95,7 @@ fn content(page: &mut Markup, statistics: &Statistics) {
     chart("Masses", "mass of an object, kg", "objects").columns(page, &statistics.mass_kg, Ticks::Edges);
 }
 
-fn tables(page: &mut Markup, statistics: &Statistics) {
+fn tables(page: &mut Html, statistics: &Statistics) {
     let chart = |title, axis, counted| Chart { title, axis, counted };
     chart("Table shapes", "shape", "scenes").rows(page, &pairs(&statistics.table_shapes));
     chart("Table models", "model", "scenes").rows(page, &pairs(&statistics.table_models));
@@ -106,7 +106,7 @@ fn tables(page: &mut Markup, statistics: &Statistics) {
     );
 }
 
-fn selection(page: &mut Markup, statistics: &Statistics) {
+fn selection(page: &mut Html, statistics: &Statistics) {
     let selection = &statistics.selection;
     let chart = |title, axis, counted| Chart { title, axis, counted };
     let title = match statistics.yield_share {
@@ -130,7 +130,7 @@ fn selection(page: &mut Markup, statistics: &Statistics) {
     }
 }
 
-fn numbers(page: &mut Markup, statistics: &Statistics) {
+fn numbers(page: &mut Html, statistics: &Statistics) {
     let quantities: [(&str, &Distribution); 6] = [
         ("objects per scene", &statistics.objects_per_scene),
         ("covered share of the table", &statistics.covered_share),
@@ -147,14 +147,24 @@ fn numbers(page: &mut Markup, statistics: &Statistics) {
         })
         .collect();
     page.open("div", &[]);
-    page.table(&["Quantity", "Values", "Min", "Median", "Mean", "Max"], &rows);
+    table(page, &["Quantity", "Values", "Min", "Median", "Mean", "Max"], rows);
     let licences: Vec<Vec<String>> =
         statistics.licences.iter().map(|(name, count)| vec![name.clone(), count.to_string()]).collect();
-    page.table(&["License", "Objects"], &licences);
+    table(page, &["License", "Objects"], licences);
     page.close();
 }
 
-fn section(page: &mut Markup, title: &str, content: impl FnOnce(&mut Markup)) {
+/// A table whose first column names what the numbers beside it are of.
+fn table(page: &mut Html, head: &[&str], rows: Vec<Vec<String>>) {
+    let cell = |(column, text)| if column == 0 { Cell::Words(text) } else { Cell::Number(text) };
+    page.table(
+        "",
+        head,
+        rows.into_iter().map(|row| row.into_iter().enumerate().map(cell).collect()).collect(),
+    );
+}
+
+fn section(page: &mut Html, title: &str, content: impl FnOnce(&mut Html)) {
     page.open("section", &[]);
     page.leaf("h2", &[], title);
     page.open("div", &[("class", "charts")]);

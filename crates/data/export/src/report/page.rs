@@ -1,9 +1,9 @@
 //! `report.html`: a self-contained page without scripts, external links or files, for screen and print.
 
-use super::html::{Cell, Html};
 use super::image::{Embedded, EmbeddedImages};
 use super::numbers::word;
 use super::{Report, plan, sections};
+use markup::html::{Cell, Html};
 use scene::Input;
 
 /// Content security policy: the page loads nothing, whatever a label contains.

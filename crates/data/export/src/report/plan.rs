@@ -1,12 +1,11 @@
 //! Plan of the scene as SVG: the table's outline and the numbered footprint of every object.
 
 use glam::{DVec2, DVec3};
+use markup::html::Html;
 
 use crate::Body;
 use geometry::polygon::convex_hull_2d;
 use scene::Table;
-
-use super::html::Html;
 
 /// Width of the drawing's coordinate system.
 const WIDTH: f64 = 1000.0;

@@ -3,8 +3,10 @@
 
 use std::collections::BTreeMap;
 
+use markup::xml::allowed_in_xml;
+
 use crate::mjcf::LABEL_PREFIX;
-use crate::xml::{LABEL_NAMESPACE, allowed_in_xml};
+use crate::urdf::LABEL_NAMESPACE;
 use crate::{Body, ExportError};
 
 use super::xml_node::{self, XmlNode};

@@ -3,12 +3,13 @@
 
 use std::collections::BTreeMap;
 
+use markup::xml::allowed_in_xml;
 use rayon::prelude::*;
 use roxmltree::Node;
 use scene::StandIn;
 
 use crate::body::{SHOWN_AS, STAND_IN, STANDS_FOR};
-use crate::xml::{LABEL_NAMESPACE, allowed_in_xml};
+use crate::urdf::LABEL_NAMESPACE;
 use crate::{Body, ExportError};
 
 use super::xml_node::{self, XmlNode};

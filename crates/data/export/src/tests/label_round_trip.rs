@@ -2,8 +2,8 @@
 
 use super::specimen::{settings, specimen, text};
 use crate::round_trip::read_back;
-use crate::xml::allowed_in_xml;
 use crate::*;
+use markup::xml::allowed_in_xml;
 
 /// Labels with the special characters of all formats.
 fn labels() -> Vec<String> {

@@ -9,8 +9,8 @@ use super::mjcf::write_option;
 use super::model_name;
 use super::numbers::{rpy, spaced, tuple, wxyz, xyz};
 use super::urdf::write_elements;
-use super::xml::XmlDocument;
 use crate::model::Robot;
+use markup::xml::XmlDocument;
 
 /// Prefix of the robot's names in the combined MJCF file.
 pub fn mjcf_prefix(robot: &Robot) -> String {

@@ -8,11 +8,11 @@
 use nalgebra::Isometry3;
 
 use super::numbers::{spaced, wxyz, xyz};
-use super::xml::XmlDocument;
 use super::{contact, excluded_pairs, model_name};
 use crate::model::{
     Joint, Link, MovingJoint, MovingKind, PositionSource, Primitive, Robot, Shape, ShapeRole,
 };
+use markup::xml::XmlDocument;
 
 /// Writes the robot as MJCF, its base at the origin of the world.
 pub fn write_mjcf(robot: &Robot) -> String {

@@ -7,8 +7,8 @@ use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
 use super::model_name;
 use super::numbers::{rpy, spaced, xyz};
-use super::xml::XmlDocument;
 use crate::model::{Inertia, Joint, Link, MovingJoint, MovingKind, PositionSource, Primitive, Robot, Shape};
+use markup::xml::XmlDocument;
 
 /// Writes the robot as URDF. The root link is the base; a loader fixes it where it wants.
 pub fn write_urdf(robot: &Robot) -> String {

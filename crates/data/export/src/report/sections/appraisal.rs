@@ -2,8 +2,8 @@
 //! answers.
 
 use crate::report::Report;
-use crate::report::html::{Cell, Html};
 use crate::report::numbers::word;
+use markup::html::{Cell, Html};
 use scene::appraisal::{Appraisal, ModelResponse};
 
 pub fn write(page: &mut Html, report: &Report<'_>, appraisal: &Appraisal) {

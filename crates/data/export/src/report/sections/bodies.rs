@@ -1,9 +1,9 @@
 //! One row per body: its mesh and its hulls.
 
 use crate::report::Report;
-use crate::report::html::{Cell, Html};
 use crate::report::numbers::{mm, percent, significant};
 use geometry::repair::Repair;
+use markup::html::{Cell, Html};
 
 pub fn write(page: &mut Html, report: &Report<'_>) {
     let limits = &report.certificate.thresholds.health;

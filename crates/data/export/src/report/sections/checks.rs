@@ -1,9 +1,9 @@
 //! Table of the checks of the whole scene: measurement, requirement and verdict.
 
 use crate::report::Report;
-use crate::report::html::{Cell, Html};
 use crate::report::numbers::{at_most, degrees, mm, percent, significant, word};
 use certificate::{BodyHealth, Fidelity, ObjectCertificate, ReasonCode};
+use markup::html::{Cell, Html};
 
 pub fn write(page: &mut Html, report: &Report<'_>) {
     let mut rows = poses(report);

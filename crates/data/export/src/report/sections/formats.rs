@@ -1,9 +1,9 @@
 //! Table of the round trip: differences of every format, and the tolerances.
 
 use crate::report::Report;
-use crate::report::html::{Cell, Html};
 use crate::report::numbers::at_most;
 use crate::round_trip::FormatDeviation;
+use markup::html::{Cell, Html};
 
 pub fn write(page: &mut Html, report: &Report<'_>) {
     let parity = report.round_trip;

@@ -2,9 +2,9 @@
 //! confidence. One row per region that contains objects in only one of the two images.
 
 use crate::report::Report;
-use crate::report::html::{Cell, Html};
 use crate::report::numbers::word;
 use certificate::{Region, Regions};
+use markup::html::{Cell, Html};
 
 pub fn write(page: &mut Html, report: &Report<'_>) {
     let rows = report.certificate.objects.iter().map(|object| {

@@ -1,10 +1,10 @@
 //! One row per object: its support, how far it was moved, and how far it moves under gravity.
 
 use crate::report::Report;
-use crate::report::html::{Cell, Html};
 use crate::report::image::EmbeddedImages;
 use crate::report::numbers::{mm, movement, percent, word};
 use certificate::{Displacement, Displacements, ReasonCode, RelaxationKind};
+use markup::html::{Cell, Html};
 use scene::StandIn;
 
 pub fn write(page: &mut Html, report: &Report<'_>, images: &EmbeddedImages) {

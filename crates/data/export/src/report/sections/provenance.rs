@@ -1,9 +1,9 @@
 //! Request, adapters and every setting: sufficient to reproduce the bundle.
 
+use markup::html::{Cell, Html};
 use serde_json::Value;
 
 use crate::report::Report;
-use crate::report::html::{Cell, Html};
 
 pub fn write(page: &mut Html, report: &Report<'_>) {
     let made_with = &report.certificate.made_with;

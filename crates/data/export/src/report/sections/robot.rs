@@ -1,7 +1,7 @@
 //! Abilities of a robot in the scene: counts, and a table with one row per task.
 
-use crate::report::html::{Cell, Html};
 use certificate::RobotFinding;
+use markup::html::{Cell, Html};
 
 pub fn write(page: &mut Html, finding: &RobotFinding) {
     let RobotFinding { name, objects, pickable, tasks_proposed, tasks_done, tasks } = finding;

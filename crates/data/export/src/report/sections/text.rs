@@ -2,7 +2,7 @@
 //! does not meet, stand-ins and fillings.
 
 use crate::report::Report;
-use crate::report::html::{Cell, Html};
+use markup::html::{Cell, Html};
 use scene::InstanceId;
 use scene::text_account::TextAccount;
 

@@ -3,10 +3,6 @@
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
-/// Namespace of the elements and attributes that hold a user's label and the mark of a stand-in where the format has no
-/// place for them. Loaders ignore them.
-pub const LABEL_NAMESPACE: &str = "https://tabletopgen.invalid/label/1";
-
 /// A document under construction. Elements are closed in the order they were opened.
 pub struct XmlDocument {
     writer: Writer<Vec<u8>>,
@@ -16,9 +12,19 @@ pub struct XmlDocument {
 impl XmlDocument {
     /// Starts with the XML declaration.
     pub fn new() -> Self {
-        let mut document = Self { writer: Writer::new_with_indent(Vec::new(), b' ', 2), open: Vec::new() };
+        let mut document = Self::fragment();
         document.write(Event::Decl(BytesDecl::new("1.0", Some("utf-8"), None)));
         document
+    }
+
+    /// Elements that become a part of another document.
+    pub fn fragment() -> Self {
+        Self { writer: Writer::new_with_indent(Vec::new(), b' ', 2), open: Vec::new() }
+    }
+
+    /// A comment, in which two hyphens become one.
+    pub fn comment(&mut self, text: &str) {
+        self.write(Event::Comment(BytesText::new(&format!(" {} ", text.replace("--", "-")))));
     }
 
     /// Opens an element.
