@@ -48,5 +48,5 @@ impl GeometryFrame {
 }
 
 fn mask_of(ids: &[u32], width_px: u32, height_px: u32, id: u32) -> Mask {
-    Mask::from_fn(width_px, height_px, |x, y| ids[(y * width_px + x) as usize] == id)
+    Mask::from_bits(width_px, height_px, ids.iter().map(|shown| *shown == id).collect())
 }

@@ -147,8 +147,8 @@ impl<'a> Comparison<'a> {
             return;
         };
         clockwise.clear();
-        clockwise.extend(self.mesh.triangles.iter().map(|t| {
-            let [a, b, c] = t.map(|v| pixels[v as usize]);
+        clockwise.extend(self.mesh.triangles.iter().map(|[a, b, c]| {
+            let [a, b, c] = [pixels[*a as usize], pixels[*b as usize], pixels[*c as usize]];
             (b - a).perp_dot(c - a) > 0.0
         }));
         image.fill_contour(edges.iter().filter_map(|edge| {
@@ -295,7 +295,6 @@ impl<'a> Comparison<'a> {
 /// The first eight numbers.
 #[inline]
 fn eight(numbers: &[f32]) -> f32x8 {
-    let mut lanes = [0.0; BLOCK_PX];
-    lanes.copy_from_slice(&numbers[..BLOCK_PX]);
-    f32x8::from(lanes)
+    // An array and no slice: copies of slices of eight are calls.
+    f32x8::from(*numbers.first_chunk::<BLOCK_PX>().expect("rows of crops are whole blocks"))
 }

@@ -46,8 +46,8 @@ impl ImageEdges {
                 let cell = |dy: usize, dx: usize| changes[(y + dy) * window.side + x + dx];
                 let corners = [cell(0, 0), cell(0, 1), cell(1, 0), cell(1, 1)];
                 let weights = [(1.0 - v) * (1.0 - u), (1.0 - v) * u, v * (1.0 - u), v * u];
-                interpolated
-                    .push([0, 1, 2].map(|c| corners.iter().zip(weights).map(|(t, w)| w * t[c]).sum::<f32>()));
+                let mean = |c: usize| corners.iter().zip(weights).map(|(t, w)| w * t[c]).sum::<f32>();
+                interpolated.push([mean(0), mean(1), mean(2)]);
             }
         }
         Self { changes: interpolated }

@@ -42,7 +42,7 @@ impl BitImage {
         crossings.resize(self.side_bits, Vec::new());
         let (mut top, mut bottom) = (self.side_bits, 0);
         for (a, b, layers) in lines {
-            let (a, b) = (a.map(|c| 2.0 * c), b.map(|c| 2.0 * c));
+            let (a, b) = ([2.0 * a[0], 2.0 * a[1]], [2.0 * b[0], 2.0 * b[1]]);
             let (upper, lower, layers) = if a[1] <= b[1] { (a, b, layers) } else { (b, a, -layers) };
             let first = ceil_within(upper[1] - 0.5, self.side_bits);
             let end = ceil_within(lower[1] - 0.5, self.side_bits);

@@ -179,8 +179,9 @@ impl LightMap {
         let (left, right) = (block(x - radius, self.width), block(x + radius, self.width));
         let mut highest = f32::NEG_INFINITY;
         for row in block(y - radius, self.height)..=block(y + radius, self.height) {
-            let blocks = &self.fine[row * columns + left..=row * columns + right];
-            highest = blocks.iter().copied().fold(highest, higher);
+            for block in &self.fine[row * columns + left..=row * columns + right] {
+                highest = higher(highest, *block);
+            }
         }
         highest
     }
@@ -193,8 +194,11 @@ impl LightMap {
         let (left, right) = (within(x - radius, self.width), within(x + radius, self.width));
         let mut rows = within(y - radius, self.height)..=within(y + radius, self.height);
         rows.all(|row| {
-            let keys = &self.keys[row * self.width + left..=row * self.width + right];
-            keys.iter().fold(true, |clear, key| clear & (*key <= limit))
+            let mut clear = true;
+            for key in &self.keys[row * self.width + left..=row * self.width + right] {
+                clear &= *key <= limit;
+            }
+            clear
         })
     }
 

@@ -36,6 +36,10 @@ pub struct ScreenGeometry<'a> {
     screen_points: Vec<[f32; 3]>,
     objects: Range<usize>,
     first_point: usize,
+    /// Nearest depth that is drawn, meters.
+    near_m: f32,
+    /// Whether no point of `objects` is nearer than that.
+    is_all_in_front: bool,
 }
 
 /// Screen triangles, and for each band the triangles that touch it, in list order.
@@ -86,9 +90,17 @@ impl<'a> ViewGeometry<'a> {
     ) -> ScreenGeometry<'a> {
         let vertices = self.scene_buffers.vertices_of(objects);
         let first_point = vertices.start;
-        let screen_points =
-            self.camera_points[vertices].iter().map(|p| projection.lens.project(*p)).collect();
-        ScreenGeometry { prepared: self, projection, screen_points, objects: objects.clone(), first_point }
+        let points = &self.camera_points[vertices];
+        let near_m = if projection.lens.perspective { NEAR_M } else { 0.0 };
+        ScreenGeometry {
+            prepared: self,
+            projection,
+            screen_points: points.iter().map(|p| projection.lens.project(*p)).collect(),
+            objects: objects.clone(),
+            first_point,
+            near_m,
+            is_all_in_front: points.iter().all(|p| p.z >= near_m),
+        }
     }
 }
 
@@ -96,40 +108,49 @@ impl ScreenGeometry<'_> {
     /// Clips and bins the triangles.
     pub fn bin(&self, band_rows: usize, keep: TriangleFilter) -> TriangleBins {
         const PIECE: usize = 8192;
-        let Self { prepared, projection, screen_points, objects, first_point } = self;
-        let ViewGeometry { scene_buffers, camera_points } = prepared;
-        let band_count = projection.height_px.div_ceil(band_rows);
-        let lens = &projection.lens;
-        let near_m = if lens.perspective { NEAR_M } else { 0.0 };
-        let drawn = scene_buffers.drawn(keep, objects);
+        let band_count = self.projection.height_px.div_ceil(band_rows);
+        let drawn = self.prepared.scene_buffers.drawn(keep, &self.objects);
         let pieces = (0..drawn.len().div_ceil(PIECE))
             .into_par_iter()
             .map(|piece| {
-                let mut out = Piece { triangles: Vec::new(), bands: vec![Vec::new(); band_count] };
-                for place in piece * PIECE..((piece + 1) * PIECE).min(drawn.len()) {
-                    let source = drawn.at(place);
-                    let triangle = &scene_buffers.triangles[source as usize];
-                    let corners = triangle.vertices.map(|v| camera_points[v as usize]);
-                    let mut enter = |[a, b, c]: [[f32; 3]; 3]| {
-                        let [x, y, key] = [0, 1, 2].map(|axis| [a[axis], b[axis], c[axis]]);
-                        if !(triangle.one_sided && is_seen_from_behind(x, y)) {
-                            out.push(ScreenTriangle { x, y, key, source }, projection, band_rows);
-                        }
-                    };
-                    match corners.iter().filter(|p| p.z < near_m).count() {
-                        0 => enter(triangle.vertices.map(|v| screen_points[v as usize - first_point])),
-                        3 => {}
-                        _ => clipped(corners, near_m, lens, enter),
-                    }
-                }
+                let places = piece * PIECE..((piece + 1) * PIECE).min(drawn.len());
+                let triangles = Vec::with_capacity(places.len());
+                let mut out = Piece { triangles, bands: vec![Vec::new(); band_count] };
+                places.for_each(|place| self.enter(drawn.at(place), &mut out, band_rows));
                 out
             })
             .collect();
         TriangleBins { pieces }
     }
+
+    /// Adds what is visible of a triangle. Corners are listed one by one, because `array::map` is not inlined here.
+    #[inline]
+    fn enter(&self, source: u32, out: &mut Piece, band_rows: usize) {
+        let Self { prepared, projection, screen_points, first_point, near_m, .. } = self;
+        let triangle = &prepared.scene_buffers.triangles[source as usize];
+        let [i, j, k] = triangle.vertices;
+        let mut enter = |[a, b, c]: [[f32; 3]; 3]| {
+            let (x, y, key) = ([a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]);
+            if !(triangle.one_sided && is_seen_from_behind(x, y)) {
+                out.push(ScreenTriangle { x, y, key, source }, projection, band_rows);
+            }
+        };
+        if !self.is_all_in_front {
+            let point = |v: u32| prepared.camera_points[v as usize];
+            let corners = [point(i), point(j), point(k)];
+            match corners.iter().filter(|p| p.z < *near_m).count() {
+                0 => {}
+                3 => return,
+                _ => return clipped(corners, *near_m, &projection.lens, enter),
+            }
+        }
+        let on_screen = |v: u32| screen_points[v as usize - first_point];
+        enter([on_screen(i), on_screen(j), on_screen(k)]);
+    }
 }
 
 impl Piece {
+    #[inline]
     fn push(&mut self, t: ScreenTriangle, projection: &Projection, band_rows: usize) {
         let Some((y0, y1)) = covered(t.y, projection.height_px) else { return };
         if covered(t.x, projection.width_px).is_none() {

@@ -202,15 +202,13 @@ impl Band {
                 }
                 if inside.to_bitmask() != 0 {
                     let key = edges.key(px, py, t.x[0], t.y[0]);
-                    let at = row + x;
-                    let keys = &mut self.keys[at..at + 8];
-                    let old = lanes_of(keys);
+                    let keys = lanes_mut(&mut self.keys, row + x);
+                    let old = f32x8::from(*keys);
                     let nearer = inside & key.simd_gt(old);
                     if nearer.to_bitmask() != 0 {
-                        keys.copy_from_slice(&nearer.bitselect(key, old).to_array());
-                        let sources = &mut self.sources[at..at + 8];
-                        let old = lanes_of(sources);
-                        sources.copy_from_slice(&nearer.bitselect(source, old).to_array());
+                        *keys = nearer.bitselect(key, old).to_array();
+                        let sources = lanes_mut(&mut self.sources, row + x);
+                        *sources = nearer.bitselect(source, f32x8::from(*sources)).to_array();
                     }
                 }
                 x += 8;
@@ -230,8 +228,7 @@ impl Band {
             while x <= x1 {
                 let px = f32x8::splat(x as f32) + f32x8::from(LANES);
                 let key = edges.key(px, py, t.x[0], t.y[0]);
-                let at = row * self.stride + x;
-                let old = lanes_of(&self.keys[at..at + 8]);
+                let old = lanes_of(&self.keys, row * self.stride + x);
                 let mut bits = (edges.test(px, py) & key.simd_gt(old)).to_bitmask();
                 while bits != 0 {
                     let lane = bits.trailing_zeros() as usize;
@@ -246,9 +243,15 @@ impl Band {
     }
 }
 
+const SPARE: &str = "rows have eight places to spare";
+
+/// Eight numbers from a place on. An array and no slice: copies of slices of eight are calls.
 #[inline]
-fn lanes_of(slice: &[f32]) -> f32x8 {
-    let mut lanes = [0.0; 8];
-    lanes.copy_from_slice(slice);
-    f32x8::from(lanes)
+fn lanes_of(numbers: &[f32], at: usize) -> f32x8 {
+    f32x8::from(*numbers[at..].first_chunk().expect(SPARE))
+}
+
+#[inline]
+fn lanes_mut(numbers: &mut [f32], at: usize) -> &mut [f32; 8] {
+    numbers[at..].first_chunk_mut().expect(SPARE)
 }

@@ -135,7 +135,7 @@ impl SkyGroup {
         let lower = lit(lower_left, one - tx) + lit(lower_right, tx);
         let share = upper * (one - ty) + lower * ty;
         let [u, v, w] = self.toward;
-        let [a, b, c] = normal.to_array().map(f32x8::splat);
+        let (a, b, c) = (f32x8::splat(normal.x), f32x8::splat(normal.y), f32x8::splat(normal.z));
         let cosine = (a * u + b * v + c * w).fast_max(f32x8::ZERO);
         GroupShares { lit: (cosine * share).reduce_add(), all: cosine.reduce_add(), open: share.reduce_add() }
     }
