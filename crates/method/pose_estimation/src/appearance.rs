@@ -17,7 +17,9 @@ use super::yaw::comparison::Comparison;
 use super::yaw::crop::Crop;
 use geometry::{Camera, Pose, TexturedMesh};
 use imaging::Image;
-use render::{Background, Frame, Lighting, RenderObject, RenderSettings, SceneCache, View};
+use render::{
+    Background, Lighting, ObjectColors, PixelColors, RenderObject, RenderSettings, SceneCache, View,
+};
 
 /// Side of the compared images, pixels.
 pub const SIDE_PX: usize = 64;
@@ -34,37 +36,48 @@ const STRUCTURE_SHARE: f64 = 0.8;
 /// no information.
 const PLAIN_SHARE: f64 = 0.8;
 
-/// A mesh rendered at many yaws.
-pub struct Model<'a> {
-    textured: SceneCache<'a>,
-    plain: Option<SceneCache<'a>>,
-}
+/// A mesh seen at many yaws.
+pub struct Model<'a>(ObjectColors<'a>);
 
 impl<'a> Model<'a> {
     /// `plain`: the mesh without its textures, where that is to be compared as well.
     pub fn new(mesh: &'a TexturedMesh, plain: Option<&'a TexturedMesh>) -> Self {
-        let settings =
-            RenderSettings { supersampling: 1, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
-        let scene_cache = |mesh| {
-            let object = RenderObject { mesh, world_from_object: Pose::IDENTITY, id: 1 };
-            SceneCache::new(vec![object], &settings)
-        };
-        Self { textured: scene_cache(mesh), plain: plain.map(scene_cache) }
+        Self(ObjectColors::new(mesh, plain))
     }
 
-    /// The mesh in that upright pose, id 1, under a light that stands beside the camera. Light and mesh do not
-    /// change when both turn about the vertical, so the camera goes around the mesh instead.
-    pub(super) fn rendered(&self, world_from_object: &Pose, camera: Camera) -> Frame {
-        rendered(&self.textured, world_from_object, camera)
+    /// Colors of the mesh in that upright pose, and of the plain mesh, at the pixels that are wanted.
+    fn colors(
+        &self,
+        world_from_object: &Pose,
+        camera: Camera,
+        is_wanted: &[bool],
+    ) -> (PixelColors, Option<PixelColors>) {
+        let (camera, lighting) = beside_camera(world_from_object, camera);
+        self.0.at(lighting, Background::light(), &View::Perspective(camera), is_wanted)
     }
 }
 
-fn rendered(scene_cache: &SceneCache, world_from_object: &Pose, camera: Camera) -> Frame {
+/// The whole image that meshes are compared with: the mesh in that upright pose.
+pub(super) fn rendered(scene_cache: &SceneCache, world_from_object: &Pose, camera: Camera) -> Image {
+    let (camera, lighting) = beside_camera(world_from_object, camera);
+    scene_cache.color(lighting, Background::light(), &View::Perspective(camera))
+}
+
+/// A mesh in its own frame, for [`rendered`].
+pub(super) fn scene_cache(mesh: &TexturedMesh) -> SceneCache<'_> {
+    let settings = RenderSettings { supersampling: 1, shadow_map_px: 0, sky_directions: 0, sky_map_px: 32 };
+    let object = RenderObject { mesh, world_from_object: Pose::IDENTITY, id: 1 };
+    SceneCache::new(vec![object], &settings)
+}
+
+/// The camera in the object's frame, and the light that stands beside it. Light and mesh do not change when both turn
+/// about the vertical, so the camera goes around the mesh instead.
+fn beside_camera(world_from_object: &Pose, camera: Camera) -> (Camera, Lighting) {
     let object_from_camera = world_from_object.inverse() * camera.world_from_camera;
     let camera = Camera { world_from_camera: object_from_camera, ..camera };
     let mut lighting = Lighting::studio(camera.azimuth_rad() - 0.6, 0.9, 0.5);
     lighting.key_color *= 0.8;
-    scene_cache.render(lighting, Background::light(), &View::Perspective(camera))
+    (camera, lighting)
 }
 
 /// The instance's colors as the image shows them, cropped like its mask.
@@ -72,6 +85,8 @@ pub struct ImageCrop {
     /// sRGB 0..255; `None` where the instance is not visible.
     colors: Vec<Option<Vec3>>,
     structure: Structure,
+    /// Pixels of a render that [`Self::likeness`] depends on.
+    is_compared: Vec<bool>,
 }
 
 impl ImageCrop {
@@ -111,7 +126,9 @@ impl ImageCrop {
             .map(|k| if crop.mask[k] > 0.75 { color_at(k % side, k / side) } else { None })
             .collect();
         let structure = Structure::new(&colors, side);
-        Self { colors, structure }
+        let mut is_compared = structure.pixels_compared_with(side);
+        is_compared.iter_mut().zip(&colors).for_each(|(compared, color)| *compared |= color.is_some());
+        Self { colors, structure, is_compared }
     }
 
     /// sRGB 0..255 of the crop's pixels; `None` where the instance is not visible.
@@ -126,24 +143,24 @@ impl ImageCrop {
     pub fn disagreement(&self, model: &Model, comparison: &Comparison, yaw_rad: f64) -> f64 {
         let Some((origin, camera)) = comparison.crop_camera(yaw_rad) else { return 2.0 };
         let pose = Pose::upright(origin, yaw_rad);
-        let textured = self.likeness(&model.rendered(&pose, camera));
-        let Some(plain) = &model.plain else { return 1.0 - textured };
-        let plain = self.likeness(&rendered(plain, &pose, camera));
+        let side_px = camera.width_px as usize;
+        let (textured, plain) = model.colors(&pose, camera, &self.is_compared);
+        let textured = self.likeness(&textured, side_px);
+        let Some(plain) = plain else { return 1.0 - textured };
+        let plain = self.likeness(&plain, side_px);
         1.0 - (1.0 - PLAIN_SHARE) * explained(textured) - PLAIN_SHARE * explained(plain)
     }
 
-    /// Correlation of colors and lines, -1..1.
-    fn likeness(&self, frame: &Frame) -> f64 {
-        let rendered: Vec<Option<Vec3>> = frame
-            .ids
+    /// Correlation of colors and lines, -1..1, with the pixels of a render.
+    fn likeness(&self, rendered: &PixelColors, side_px: usize) -> f64 {
+        let rendered: Vec<Option<Vec3>> = rendered
             .iter()
-            .zip(frame.color.as_rgba().chunks_exact(4))
-            .map(|(id, p)| (*id == 1).then(|| Vec3::new(f32::from(p[0]), f32::from(p[1]), f32::from(p[2]))))
+            .map(|color| color.map(|[r, g, b]| Vec3::new(f32::from(r), f32::from(g), f32::from(b))))
             .collect();
         let pairs: Vec<(Vec3, Vec3)> =
             self.colors.iter().zip(&rendered).filter_map(|(seen, shown)| (*seen).zip(*shown)).collect();
         let colors = correlation(&pairs);
-        let structure = self.structure.likeness(&Structure::new(&rendered, frame.color.width_px() as usize));
+        let structure = self.structure.likeness(&Structure::new(&rendered, side_px));
         (1.0 - STRUCTURE_SHARE) * colors + STRUCTURE_SHARE * structure
     }
 }

@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use super::appearance::Model;
+use super::appearance::{rendered, scene_cache};
 use super::yaw::comparison::Comparison;
 use super::yaw::crop::Crop;
 use super::yaw::outline_mesh::OutlineMesh;
@@ -31,11 +31,11 @@ pub fn beside(problem: &YawProblem, estimate: &YawEstimate, settings: &YawSettin
     let crop = Crop::new(problem.mask, problem.unknown, problem.mask.bbox_px()?, CELL_PX as usize);
     let outline = OutlineMesh::new(problem.mesh, settings.outline_cells);
     let comparison = Comparison::new(&outline, problem.camera, problem.support_height_m, &crop, settings);
-    let model = Model::new(problem.mesh, None);
+    let scene_cache = scene_cache(problem.mesh);
     let mask = Mask::from_fn(CELL_PX, CELL_PX, |x, y| crop.mask[(y * CELL_PX + x) as usize] > 0.5);
     let drawn = |yaw_rad: f64| {
         let (origin, camera) = comparison.crop_camera(yaw_rad)?;
-        let mut drawn = model.rendered(&Pose::upright(origin, yaw_rad), camera).color;
+        let mut drawn = rendered(&scene_cache, &Pose::upright(origin, yaw_rad), camera);
         draw_mask_outline(&mut drawn, &mask, CONTOUR, 1);
         Some(drawn)
     };

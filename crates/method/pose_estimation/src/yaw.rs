@@ -208,7 +208,8 @@ pub fn estimate_yaw(
         yaw_rad = preferred_rad;
     } else if let Some(image) = problem.image {
         let plain = problem.mesh.without_textures();
-        let colors = choice::Colors::new(problem, plain.as_ref(), image, &mesh, bbox, SIDE_PX, settings);
+        let colors =
+            choice::Colors::new(problem, plain.as_ref(), image, &mesh, &fine_crop, SIDE_PX, settings);
         let place = best.place.filter(|_| part_hidden);
         let outlines = choice::Outlines { curve: &curve, top: &top, order: outline_order, place };
         let chosen = choice::choose(&colors, &outlines, settings, cancel)?;

@@ -2,12 +2,14 @@
 //!
 //! [`scene_buffers`] holds the placed geometry, [`prepare`] projects and bins it, [`raster`] fills the z-buffer of one
 //! band of rows, [`shade`] and [`shade_band`] turn surfaces into light, [`tone_map`] turns light into sRGB, and
-//! [`bands`] runs these steps on rayon. [`reference`] is the slow version that the tests compare with.
+//! [`bands`] runs these steps on rayon. [`object_colors`] shades few pixels of a mesh in several sets of colors.
+//! [`reference`] is the slow version that the tests compare with.
 
 pub mod bands;
 pub mod environment;
 pub mod floor_light;
 pub mod light_map;
+pub mod object_colors;
 mod one_sided;
 pub mod prepare;
 pub mod projection;
@@ -20,6 +22,7 @@ pub mod shading_materials;
 pub mod sky;
 pub mod sky_group;
 pub mod still_layer;
+pub mod surface_colors;
 pub mod texture_map;
 mod tone_curve;
 pub mod tone_map;

@@ -4,8 +4,9 @@
 //! metallic-roughness surfaces, glass. [`render_geometry`] gives depth and ids alone, much cheaper, for masks and pose
 //! estimation. Both need no GPU, no display and no system library. The inner loops are eight lanes wide (`wide`). The
 //! image is cut into horizontal bands that run on rayon; the bytes do not depend on the number of threads.
-//! [`mod@reference`] is the slow renderer that the tests compare with. [`annotate`] draws boxes, outlines, curves and
-//! labels onto finished images. [`gpu`] renders the same images on a GPU, within a stated tolerance.
+//! [`ObjectColors`] gives the colors of few pixels, for comparisons. [`mod@reference`] is the slow renderer that the
+//! tests compare with. [`annotate`] draws boxes, outlines, curves and labels onto finished images. [`gpu`] renders the
+//! same images on a GPU, within a stated tolerance.
 //!
 //! Frames and units: the world frame is in meters, +z up; cameras are [`geometry::Camera`] (OpenCV axes, pixel centers
 //! at +0.5); depth is measured along the optical axis in meters; numbers are `f32`. The crate must not depend on
@@ -32,6 +33,7 @@ mod forward;
 mod frame;
 pub mod gpu;
 pub mod lighting;
+mod object_colors;
 mod scene_cache;
 pub mod sequence;
 mod settings;
@@ -42,6 +44,7 @@ mod view;
 pub use forward::reference;
 pub use frame::{Frame, GeometryFrame};
 pub use lighting::{Background, Floor, Lighting};
+pub use object_colors::{ObjectColors, PixelColors};
 pub use scene_cache::SceneCache;
 pub use sequence::ImageSequence;
 pub use settings::RenderSettings;

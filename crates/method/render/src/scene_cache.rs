@@ -1,9 +1,12 @@
 //! Cache of the view- and light-independent data of a scene.
 
+use std::sync::Arc;
+
 use super::{Background, Frame, GeometryFrame, Lighting, RenderObject, RenderSettings, View};
 use crate::forward::bands::{self, ExtraOutputs, Light, VisibleSurfaces};
 use crate::forward::scene_buffers::SceneBuffers;
 use crate::forward::sky::Sky;
+use crate::forward::surface_colors::SurfaceColors;
 use imaging::Image;
 
 /// Placed objects with their sky occlusion, which depends on neither view nor key light. Several images of one scene
@@ -11,6 +14,7 @@ use imaging::Image;
 pub struct SceneCache<'a> {
     pub(super) scene_buffers: SceneBuffers<'a>,
     pub(super) sky: Sky,
+    colors: Arc<SurfaceColors<'a>>,
     pub(super) settings: RenderSettings,
 }
 
@@ -18,7 +22,8 @@ impl<'a> SceneCache<'a> {
     pub fn new(objects: Vec<RenderObject<'a>>, settings: &RenderSettings) -> Self {
         let scene_buffers = SceneBuffers::new(objects);
         let sky = Sky::new(&scene_buffers, settings);
-        Self { scene_buffers, sky, settings: settings.clone() }
+        let colors = Arc::new(SurfaceColors::new(&scene_buffers.objects));
+        Self { scene_buffers, sky, colors, settings: settings.clone() }
     }
 
     /// Color as [`render`](crate::render) gives it for these objects.
@@ -53,6 +58,6 @@ impl<'a> SceneCache<'a> {
         extra: ExtraOutputs,
     ) -> (Image, VisibleSurfaces) {
         let light = Light { sky: &self.sky, lighting, background };
-        bands::render(&self.scene_buffers, &light, view, &self.settings, extra)
+        bands::render(&self.scene_buffers, self.colors.clone(), &light, view, &self.settings, extra)
     }
 }

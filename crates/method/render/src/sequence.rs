@@ -1,6 +1,7 @@
 //! Images of a scene in which some objects move.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::{Background, Frame, Lighting, RenderObject, RenderSettings, View};
 use crate::forward::bands::{ExtraOutputs, VisibleSurfaces, render_in};
@@ -9,6 +10,7 @@ use crate::forward::scene_buffers::SceneBuffers;
 use crate::forward::shade::Surroundings;
 use crate::forward::sky::OPEN_SKY;
 pub use crate::forward::still_layer::StillLayer;
+use crate::forward::surface_colors::SurfaceColors;
 use geometry::Pose;
 use imaging::Image;
 
@@ -44,7 +46,8 @@ impl<'a> ImageSequence<'a> {
         let (still, moving) = (0..first, first..count);
         let shadow_map_px = settings.shadow_map_px;
         let environment = Environment::of_part(&scene_buffers, &still, &OPEN_SKY, lighting, shadow_map_px);
-        let surroundings = Surroundings::new(&scene_buffers, environment, background);
+        let colors = Arc::new(SurfaceColors::new(&scene_buffers.objects));
+        let surroundings = Surroundings::new(&scene_buffers, environment, background, colors);
         let mut sequence = Self { scene_buffers, still, moving, surroundings, settings: settings.clone() };
         sequence.draw_moving_shadows();
         sequence

@@ -61,7 +61,8 @@ pub struct Colors<'a> {
     crop: Crop,
     cropped: ImageCrop,
     /// The refinement's crop, fine enough to compare outlines with edges.
-    edges: Arc<(Crop, ImageEdges)>,
+    fine: &'a Crop,
+    edges: Arc<ImageEdges>,
 }
 
 /// Result of the outline search.
@@ -94,28 +95,25 @@ struct ScoredYaw {
 
 impl<'a> Colors<'a> {
     /// `plain` is the problem's mesh without its textures, if it has any, `outline` its outline, `image` its image,
-    /// `bbox` the box of its mask.
+    /// `fine` the refinement's crop.
     pub fn new(
         problem: &'a YawProblem<'a>,
         plain: Option<&'a TexturedMesh>,
         image: &'a Image,
         outline: &'a OutlineMesh,
-        bbox: [u32; 4],
+        fine: &'a Crop,
         side_px: usize,
         settings: &'a YawSettings,
     ) -> Self {
         let model = Arc::new(Model::new(problem.mesh, plain));
-        let (crop, cropped) = cropped(problem, image, bbox, side_px);
-        let fine = Crop::new(problem.mask, problem.unknown, bbox, settings.fine_px as usize);
-        let edges = ImageEdges::new(image, problem.camera, &fine);
-        Self { problem, image, outline, settings, model, crop, cropped, edges: Arc::new((fine, edges)) }
+        let (crop, cropped) = cropped(problem, image, bbox_px(fine), side_px);
+        let edges = Arc::new(ImageEdges::new(image, problem.camera, fine));
+        Self { problem, image, outline, settings, model, crop, cropped, fine, edges }
     }
 
     /// Returns the comparison of colors on twice as many pixels each way.
     fn sharper(&self) -> Self {
-        let [low, high] = [self.crop.low_px, self.crop.high_px];
-        let bbox = [low.x, low.y, high.x, high.y].map(|side| side as u32);
-        let (crop, cropped) = cropped(self.problem, self.image, bbox, 2 * self.crop.side_px);
+        let (crop, cropped) = cropped(self.problem, self.image, bbox_px(self.fine), 2 * self.crop.side_px);
         Self { crop, cropped, model: self.model.clone(), edges: self.edges.clone(), ..*self }
     }
 
@@ -138,14 +136,18 @@ impl<'a> Colors<'a> {
         cancel.check()?;
         let PoseCandidate { yaw_rad, place, .. } = *candidate;
         let colors = self.cropped.disagreement(&self.model, &self.comparison(place), yaw_rad);
-        let (fine, edges) = &*self.edges;
-        Ok(colors + self.comparison_on(fine, place).off_edges(yaw_rad, edges))
+        Ok(colors + self.comparison_on(self.fine, place).off_edges(yaw_rad, &self.edges))
     }
 
     fn score(&self, candidate: &PoseCandidate, cancel: &CancelFlag) -> Result<ScoredYaw, Cancelled> {
         let disagreement = self.disagreement(candidate, cancel)?;
         Ok(ScoredYaw { yaw_rad: candidate.yaw_rad, loss: candidate.loss, disagreement })
     }
+}
+
+/// The box of a crop's mask.
+fn bbox_px(crop: &Crop) -> [u32; 4] {
+    [crop.low_px.x, crop.low_px.y, crop.high_px.x, crop.high_px.y].map(|side| side as u32)
 }
 
 /// Mask and image, cropped alike.
@@ -254,8 +256,8 @@ fn along(
     let reach_rad = if scored.len() > even { step_rad } else { stride as f64 * step_rad };
     let sharp = colors.sharper();
     let sharply = |yaw_rad: f64| {
-        let candidate =
-            PoseCandidate { yaw_rad, loss: sharp.loss(yaw_rad, place_at(yaw_rad)), place: place_at(yaw_rad) };
+        let place = place_at(yaw_rad);
+        let candidate = PoseCandidate { yaw_rad, loss: sharp.loss(yaw_rad, place), place };
         Ok((yaw_rad, sharp.score(&candidate, cancel)?.value(settings)))
     };
     let mut best_yaws: Vec<f64> = Vec::new();

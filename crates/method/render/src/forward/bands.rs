@@ -1,5 +1,7 @@
 //! Rendering by bands of rows: each band is rasterized and shaded on its own thread.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::environment::Environment;
@@ -10,6 +12,7 @@ use super::scene_buffers::{SceneBuffers, TriangleFilter};
 use super::shade::{Shader, Surroundings};
 use super::shade_band::{BandShader, MAX_SUPERSAMPLING};
 use super::sky::Sky;
+use super::surface_colors::SurfaceColors;
 use crate::lighting::{Background, Lighting};
 use crate::{GeometryFrame, RenderSettings, View};
 use imaging::Image;
@@ -98,8 +101,9 @@ pub fn note_front(
 }
 
 /// Renders color and the requested extra outputs.
-pub fn render(
-    scene_buffers: &SceneBuffers,
+pub fn render<'a>(
+    scene_buffers: &SceneBuffers<'a>,
+    colors: Arc<SurfaceColors<'a>>,
     light: &Light,
     view: &View,
     settings: &RenderSettings,
@@ -107,7 +111,7 @@ pub fn render(
 ) -> (Image, VisibleSurfaces) {
     let environment =
         Environment::new(scene_buffers, light.sky, light.lighting, shadow_map_px(settings, view));
-    let surroundings = Surroundings::new(scene_buffers, environment, light.background);
+    let surroundings = Surroundings::new(scene_buffers, environment, light.background, colors);
     render_in(scene_buffers, &surroundings, view, settings.supersampling, extra)
 }
 

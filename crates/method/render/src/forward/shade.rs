@@ -4,17 +4,18 @@
 //! mirrored surroundings use Karis' fit of the split-sum table. Perspective-correct attributes come from intersecting
 //! the pixel's ray with the triangle itself, so clipping needs no special case.
 
+use std::sync::Arc;
+
 use glam::{Mat3A, Vec2, Vec3, Vec3A};
-use rayon::prelude::*;
 
 use super::environment::Environment;
 use super::floor_light::FloorLight;
 use super::prepare::ViewGeometry;
 use super::projection::Lens;
 use super::scene_buffers::{SceneBuffers, SourceTriangle};
-use super::shading_materials::{ShadingMaterial, ShadingMaterials};
+use super::shading_materials::ShadingMaterial;
 use super::sky::{SkyNearby, SkyShare};
-use super::texture_map::TextureMap;
+use super::surface_colors::SurfaceColors;
 use crate::{Background, RenderObject};
 
 /// Light, background and materials of an image: what shading needs that depends on no view.
@@ -24,8 +25,7 @@ pub struct Surroundings<'a> {
     floor_light: Option<FloorLight>,
     /// Reciprocal of the light on an unshadowed floor.
     per_open_floor: Vec3,
-    materials: ShadingMaterials<'a>,
-    textures: Vec<TextureMap<'a>>,
+    colors: Arc<SurfaceColors<'a>>,
 }
 
 /// Everything that shading a point needs.
@@ -69,12 +69,33 @@ pub struct Surface {
     /// Unit, smooth, turned toward the eye.
     pub normal: Vec3A,
     /// Unit, of the flat triangle, turned toward the eye.
-    flat_normal: Vec3A,
-    toward_eye: Vec3A,
-    uv: Vec2,
+    pub flat_normal: Vec3A,
+    pub toward_eye: Vec3A,
+    pub uv: Vec2,
     /// Texture repeats squared per square meter.
-    uv_density: f32,
-    material: usize,
+    pub uv_density: f32,
+    /// Number of its material among those of all objects.
+    pub material: usize,
+}
+
+/// Light that arrives at a surface point, as far as it does not depend on the surface's own color.
+pub struct Incidence {
+    key: Option<KeyIncidence>,
+    diffuse: Vec3,
+    /// Correction of `diffuse` from the flat face to the smooth normal.
+    smooth_over_flat: Vec3,
+    mirrored: Vec3,
+    /// Factor and addend that make the mirrored share of the reflectance at normal incidence.
+    mirror_share: (f32, f32),
+    occlusion: f32,
+}
+
+/// The key light at a surface point that it reaches.
+struct KeyIncidence {
+    light: Vec3,
+    /// Share of Fresnel's grazing term.
+    grazing: f32,
+    shine: f32,
 }
 
 impl<'a> Surroundings<'a> {
@@ -82,13 +103,12 @@ impl<'a> Surroundings<'a> {
         scene_buffers: &SceneBuffers<'a>,
         environment: Environment<'a>,
         background: Background,
+        colors: Arc<SurfaceColors<'a>>,
     ) -> Self {
-        let materials = ShadingMaterials::new(&scene_buffers.objects);
-        let textures = materials.textures.par_iter().map(|texture| TextureMap::new(texture)).collect();
         let floor_light =
             background.floor.map(|floor| FloorLight::new(scene_buffers, &environment, floor.z_m as f32));
         let per_open_floor = environment.per_open_floor();
-        Self { environment, background, floor_light, per_open_floor, materials, textures }
+        Self { environment, background, floor_light, per_open_floor, colors }
     }
 }
 
@@ -111,7 +131,9 @@ impl<'a> Shader<'a> {
     }
 
     fn hit(&self, source: &SourceTriangle, lens: &Lens, x: f32, y: f32) -> Hit {
-        let [a, b, c] = source.vertices.map(|v| self.camera_points[v as usize]);
+        let point = |v: u32| self.camera_points[v as usize];
+        let [i, j, k] = source.vertices;
+        let (a, b, c) = (point(i), point(j), point(k));
         let (origin, direction) = lens.ray(x, y);
         let (e1, e2) = (b - a, c - a);
         let across = direction.cross(e2);
@@ -126,7 +148,7 @@ impl<'a> Shader<'a> {
         let first = self.scene_buffers.first_vertex[object];
         Hit {
             object,
-            vertices: source.vertices.map(|v| (v - first) as usize),
+            vertices: [(i - first) as usize, (j - first) as usize, (k - first) as usize],
             weights: [1.0 - u - v, u, v],
             in_camera: a + u * e1 + v * e2,
             sides: [e1, e2],
@@ -165,7 +187,9 @@ impl<'a> Shader<'a> {
         let hit = self.hit(triangle, lens, x, y);
         let toward_eye = self.toward_eye(hit.in_camera, lens);
         let flat_normal = self.flat_normal(source, toward_eye);
-        let uvs = hit.vertices.map(|v| self.scene_buffers.objects[hit.object].mesh.uvs[v]);
+        let uvs = &self.scene_buffers.objects[hit.object].mesh.uvs;
+        let [i, j, k] = hit.vertices;
+        let uvs = [uvs[i], uvs[j], uvs[k]];
         let uv_area = (uvs[1] - uvs[0]).perp_dot(uvs[2] - uvs[0]).abs();
         let area = hit.sides[0].cross(hit.sides[1]).length();
         Surface {
@@ -175,7 +199,7 @@ impl<'a> Shader<'a> {
             toward_eye,
             uv: (0..3).fold(Vec2::ZERO, |sum, k| sum + hit.weights[k] * uvs[k]),
             uv_density: uv_area / area.max(1e-20),
-            material: self.surroundings.materials.number(hit.object, triangle.material as usize),
+            material: self.surroundings.colors.materials.number(hit.object, triangle.material as usize),
         }
     }
 
@@ -218,67 +242,80 @@ impl<'a> Shader<'a> {
         nearby: &mut SkyNearby,
         reaching: impl Fn() -> f32,
     ) -> Vec3 {
-        let environment = &self.surroundings.environment;
-        let material = self.surroundings.materials.material(s.material);
-        let albedo = self.albedo(s, material, pixel_size_m);
+        let Surroundings { environment, colors, .. } = self.surroundings;
         let seen = nearby.at(environment.sky, s.point, s.flat_normal, pixel_size_m);
-        let (diffuse, specular) = self.reflected(s, material, albedo, seen, reaching);
+        let incidence = self.incidence(s, seen, reaching);
+        let (diffuse, specular) = incidence.reflected(colors.material(s), colors.albedo(s, pixel_size_m));
         (diffuse + specular) * environment.lighting.exposure
+    }
+
+    /// The light of [`Self::color`] for each of several sets of colors, which differ in base colors and textures only.
+    pub fn colors_in<const SETS: usize>(
+        &self,
+        sets: [&SurfaceColors; SETS],
+        s: &Surface,
+        pixel_size_m: f32,
+        turn: f32,
+    ) -> [Vec3; SETS] {
+        let environment = &self.surroundings.environment;
+        let seen = environment.sky.seen_from(s.point, s.flat_normal);
+        let incidence = self.incidence(s, seen, || environment.key_visibility(s.point, s.flat_normal, turn));
+        let mut light = [Vec3::ZERO; SETS];
+        for (light, colors) in light.iter_mut().zip(sets) {
+            let (diffuse, specular) = incidence.reflected(colors.material(s), colors.albedo(s, pixel_size_m));
+            *light = (diffuse + specular) * environment.lighting.exposure;
+        }
+        light
     }
 
     /// A transparent surface: the light it adds, and the factor on the light from behind.
     pub fn glass(&self, s: &Surface, pixel_size_m: f32, turn: f32) -> (Vec3, Vec3) {
+        let [glass] = self.glass_in([&*self.surroundings.colors], s, pixel_size_m, turn);
+        glass
+    }
+
+    /// [`Self::glass`] for each of several sets of colors, which differ in base colors and textures only.
+    pub fn glass_in<const SETS: usize>(
+        &self,
+        sets: [&SurfaceColors; SETS],
+        s: &Surface,
+        pixel_size_m: f32,
+        turn: f32,
+    ) -> [(Vec3, Vec3); SETS] {
         let environment = &self.surroundings.environment;
-        let material = self.surroundings.materials.material(s.material);
-        let albedo = self.albedo(s, material, pixel_size_m);
         let seen = environment.sky.seen_from(s.point, s.flat_normal);
         let reaching = || environment.key_visibility(s.point, s.flat_normal, turn);
-        let (diffuse, specular) = self.reflected(s, material, albedo, seen, reaching);
+        let incidence = self.incidence(s, seen, reaching);
         let facing = s.normal.dot(s.toward_eye).clamp(0.0, 1.0);
         let grazing = (1.0 - facing).powi(3);
-        let solid = material.opacity + (1.0 - material.opacity) * 0.35 * grazing;
-        let tint = Vec3::ONE.lerp(albedo, 0.35 + 0.3 * material.opacity);
-        let added = (diffuse * solid * 0.8 + specular) * environment.lighting.exposure;
-        (added, tint * (1.0 - solid))
+        let mut blended = [(Vec3::ZERO, Vec3::ZERO); SETS];
+        for ((added, passed), colors) in blended.iter_mut().zip(sets) {
+            let (material, albedo) = (colors.material(s), colors.albedo(s, pixel_size_m));
+            let (diffuse, specular) = incidence.reflected(material, albedo);
+            let solid = material.opacity + (1.0 - material.opacity) * 0.35 * grazing;
+            let tint = Vec3::ONE.lerp(albedo, 0.35 + 0.3 * material.opacity);
+            *added = (diffuse * solid * 0.8 + specular) * environment.lighting.exposure;
+            *passed = tint * (1.0 - solid);
+        }
+        blended
     }
 
-    fn albedo(&self, s: &Surface, material: &ShadingMaterial, pixel_size_m: f32) -> Vec3 {
-        let Some(texture) = material.texture else { return material.base_color };
-        let texture = &self.surroundings.textures[texture];
-        // Bounded: at grazing angles the isotropic filter would blur the texture away.
-        let facing = s.flat_normal.dot(s.toward_eye).max(0.05);
-        let texels = s.uv_density * texture.area_texels() * pixel_size_m * pixel_size_m / facing;
-        // Half the logarithm of the area is that of the side; a quarter of a level keeps the texture sharp.
-        material.base_color * texture.sample(s.uv, 0.5 * texels.max(1.0).log2() - 0.25)
-    }
-
-    fn reflected(
-        &self,
-        s: &Surface,
-        material: &ShadingMaterial,
-        albedo: Vec3,
-        seen: SkyShare,
-        reaching: impl Fn() -> f32,
-    ) -> (Vec3, Vec3) {
-        let environment = &self.surroundings.environment;
+    fn incidence(&self, s: &Surface, seen: SkyShare, reaching: impl Fn() -> f32) -> Incidence {
+        let Surroundings { environment, colors, .. } = self.surroundings;
+        let roughness = colors.material(s).roughness;
         let lighting = &environment.lighting;
         let (n, v, l) = (s.normal, s.toward_eye, environment.toward_key);
         let nv = n.dot(v).clamp(0.02, 1.0);
         // The flat normal fades the light out before the flat face turns away from it, where the smooth normal alone
         // would end in a hard edge of facets.
         let nl = n.dot(l).min(2.0 * s.flat_normal.dot(l)).max(0.0);
-        let f0 = Vec3::splat(0.04).lerp(albedo, material.metalness);
-        let matte = albedo * (1.0 - material.metalness);
-        let mut diffuse = Vec3::ZERO;
-        let mut specular = Vec3::ZERO;
+        let mut key = None;
         if nl > 0.0 {
             let reaching = reaching();
             if reaching > 0.0 {
-                let key = lighting.key_color * (nl * reaching);
                 let h = (l + v).normalize_or_zero();
                 // A light of finite size blurs the highlight (Karis 2013).
-                let alpha =
-                    (material.roughness * material.roughness + 0.4 * lighting.key_radius_rad as f32).min(1.0);
+                let alpha = (roughness * roughness + 0.4 * lighting.key_radius_rad as f32).min(1.0);
                 let a2 = alpha * alpha;
                 let nh = n.dot(h).clamp(0.0, 1.0);
                 let d = nh * nh * (a2 - 1.0) + 1.0;
@@ -286,9 +323,11 @@ impl<'a> Shader<'a> {
                 // GGX times Smith's visibility. The key's color is its irradiance over pi, which cancels the 1 / pi of
                 // GGX.
                 let shine = 0.5 * a2 / (d * d * smith.max(1e-4));
-                let fresnel = f0 + (Vec3::ONE - f0) * (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5);
-                diffuse += matte * key;
-                specular += fresnel * key * shine.min(12.0);
+                key = Some(KeyIncidence {
+                    light: lighting.key_color * (nl * reaching),
+                    grazing: (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5),
+                    shine: shine.min(12.0),
+                });
             }
         }
         let up = 0.5 + 0.5 * n.z;
@@ -297,12 +336,15 @@ impl<'a> Shader<'a> {
         // smooth normal.
         let smooth_over_flat = (lighting.sky_color * up + lighting.ground_color * (1.0 - up))
             / (lighting.sky_color * up_flat + lighting.ground_color * (1.0 - up_flat)).max(Vec3::splat(1e-3));
-        diffuse += matte * environment.diffuse(s.flat_normal, seen) * smooth_over_flat;
         let r = 2.0 * n.dot(v) * n - v;
-        let mirrored = environment.mirrored(r, material.roughness);
-        let occlusion = (0.25 + 0.75 * seen.open).min(1.0);
-        specular += mirrored * mirror_share(f0, material.roughness, nv) * occlusion;
-        (diffuse, specular)
+        Incidence {
+            key,
+            diffuse: environment.diffuse(s.flat_normal, seen),
+            smooth_over_flat,
+            mirrored: environment.mirrored(r, roughness),
+            mirror_share: mirror_share(roughness, nv),
+            occlusion: (0.25 + 0.75 * seen.open).min(1.0),
+        }
     }
 
     /// The backdrop at height `fraction` of the image (0 = top), dimmed by shadows on its floor.
@@ -356,11 +398,32 @@ impl<'a> Shader<'a> {
     }
 }
 
-/// Share of the surroundings a surface mirrors (Karis, "Physically based shading on mobile", 2014).
-fn mirror_share(f0: Vec3, roughness: f32, nv: f32) -> Vec3 {
+impl Incidence {
+    /// Diffuse and specular light that a surface of that color reflects.
+    #[inline]
+    fn reflected(&self, material: &ShadingMaterial, albedo: Vec3) -> (Vec3, Vec3) {
+        let f0 = Vec3::splat(0.04).lerp(albedo, material.metalness);
+        let matte = albedo * (1.0 - material.metalness);
+        let mut diffuse = Vec3::ZERO;
+        let mut specular = Vec3::ZERO;
+        if let Some(key) = &self.key {
+            let fresnel = f0 + (Vec3::ONE - f0) * key.grazing;
+            diffuse += matte * key.light;
+            specular += fresnel * key.light * key.shine;
+        }
+        diffuse += matte * self.diffuse * self.smooth_over_flat;
+        let (scale, offset) = self.mirror_share;
+        specular += self.mirrored * (f0 * scale + Vec3::splat(offset)) * self.occlusion;
+        (diffuse, specular)
+    }
+}
+
+/// Share of the surroundings a surface mirrors, as a factor on its reflectance at normal incidence and an addend
+/// (Karis, "Physically based shading on mobile", 2014).
+fn mirror_share(roughness: f32, nv: f32) -> (f32, f32) {
     let r =
         [1.0 - roughness, 0.0425 - 0.0275 * roughness, 1.04 - 0.572 * roughness, 0.022 * roughness - 0.04];
     let a004 = (r[0] * r[0]).min((-9.28 * nv).exp2()) * r[0] + r[1];
     let (scale, offset) = (-1.04 * a004 + r[2], 1.04 * a004 + r[3]);
-    f0 * scale + Vec3::splat(offset.max(0.0))
+    (scale, offset.max(0.0))
 }

@@ -218,7 +218,7 @@ fn is_one_surface(shader: &Shader, a: u32, b: u32) -> bool {
 
 /// A pixel's own turn of the sampling pattern, 0..1 (interleaved gradient noise, Jimenez 2014).
 #[inline]
-fn grain(x: usize, y: usize) -> f32 {
+pub fn grain(x: usize, y: usize) -> f32 {
     // Positive and small: without SSE 4.1 the library's `fract` is a call.
     let fract = |c: f32| c - (c as i32) as f32;
     fract(52.982_918 * fract(0.067_110_56 * (x & 1023) as f32 + 0.005_837_15 * (y & 1023) as f32))

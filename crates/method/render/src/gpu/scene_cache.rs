@@ -111,7 +111,7 @@ impl<'a> GpuSceneCache<'a> {
     }
 
     fn light(&self, lighting: Lighting, background: Background, view: &View) -> ImageLight<'_> {
-        let SceneCache { scene_buffers, sky, settings } = &*self.scene_cache;
+        let SceneCache { scene_buffers, sky, settings, .. } = &*self.scene_cache;
         let environment = Environment::new(scene_buffers, sky, lighting, shadow_map_px(settings, view));
         let light = |floor: Floor| FloorLight::new(scene_buffers, &environment, floor.z_m as f32);
         let floor = background.floor.map(light);
