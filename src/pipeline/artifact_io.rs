@@ -9,7 +9,7 @@ use geometry::solid_query::{MeshSolid, SolidError};
 use geometry::{ConvexHull, Material, Rgb, Solid, TexturedMesh, Vec2};
 use imaging::Image;
 use imaging::codec::{decode_png, encode_png};
-use mesh_io::gltf::{read_mesh_glb, write_mesh_glb};
+use mesh_io::gltf::{read_mesh_glb, reads_back_equal, write_mesh_glb};
 use render::annotate::distinct_color;
 
 /// Stores an image as PNG.
@@ -31,10 +31,21 @@ pub async fn image(context: &Context, artifact: &ArtifactRef) -> Result<Arc<Imag
     Ok(image)
 }
 
-/// Stores a mesh as GLB; positions are rounded to single precision, which the format holds.
+const GLB: &str = "model/gltf-binary";
+
+/// Stores a mesh as GLB; positions are rounded to single precision, which the format holds. The mesh is kept for later
+/// stages of the job where the file would give them the same one.
 pub async fn put_mesh(context: &Context, name: &str, mesh: TexturedMesh) -> Result<ArtifactRef, StageError> {
-    let bytes = context.cpu(move || write_mesh_glb(&mesh.snap_to_f32())).await?;
-    context.put(name, "model/gltf-binary", bytes).await
+    let write = move || {
+        let mesh = mesh.snap_to_f32();
+        (write_mesh_glb(&mesh), reads_back_equal(&mesh).then(|| Arc::new(mesh)))
+    };
+    let (bytes, same) = context.cpu(write).await?;
+    let artifact = context.put(name, GLB, bytes).await?;
+    if let Some(mesh) = same {
+        context.services().decoded.meshes.keep(&artifact.digest, &mesh);
+    }
+    Ok(artifact)
 }
 
 /// A mesh an earlier stage stored.
@@ -69,7 +80,9 @@ pub async fn solid(
 
 /// Stores hulls twice: as numbers for the next stage, and as a colored mesh for people.
 pub async fn put_hulls(context: &Context, hulls: &[ConvexHull]) -> Result<ArtifactRef, StageError> {
-    put_mesh(context, "hulls.glb", colored(hulls)).await?;
+    let mesh = colored(hulls);
+    let bytes = context.cpu(move || write_mesh_glb(&mesh.snap_to_f32())).await?;
+    context.put("hulls.glb", GLB, bytes).await?;
     context.put_json("hulls.json", &hulls).await
 }
 

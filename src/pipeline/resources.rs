@@ -33,8 +33,8 @@ impl StageResources {
     }
 }
 
-/// Artifacts by the digest of their bytes, so that six stages decode a mesh once. Bytes named by content always
-/// decode to the same value, so this changes no result.
+/// Artifacts by the digest of their bytes, so that stages decode what others have made or decoded at most once. Bytes
+/// named by content always decode to the same value, so this changes no result.
 #[derive(Default)]
 pub(super) struct DecodeCache {
     pub meshes: Cache<TexturedMesh>,

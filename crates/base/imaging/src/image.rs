@@ -47,6 +47,14 @@ impl Image {
         [self.rgba[at], self.rgba[at + 1], self.rgba[at + 2], self.rgba[at + 3]]
     }
 
+    /// The image with its rows in reverse order.
+    pub fn upside_down(&self) -> Self {
+        let row = (self.width_px as usize * 4).max(1);
+        let mut rgba = Vec::with_capacity(self.rgba.len());
+        self.rgba.chunks_exact(row).rev().for_each(|row| rgba.extend_from_slice(row));
+        Self { width_px: self.width_px, height_px: self.height_px, rgba }
+    }
+
     /// Writes the pixel in column `x`, row `y`; both must be inside.
     pub fn set_pixel(&mut self, x: u32, y: u32, rgba: [u8; 4]) {
         let at = (y as usize * self.width_px as usize + x as usize) * 4;

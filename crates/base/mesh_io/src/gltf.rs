@@ -5,9 +5,11 @@
 //! reversed instead of flipping v, because `1 - v` does not round-trip exactly.
 
 mod document;
+mod exact;
 mod read;
 mod write;
 
+pub use exact::reads_back_equal;
 pub use read::{GltfError, read_mesh_glb};
 pub use write::{SceneNode, write_mesh_glb, write_mesh_glb_with_extras, write_scene_glb};
 

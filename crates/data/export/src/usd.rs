@@ -25,7 +25,6 @@ use scene::Scene;
 
 use super::settings::UsdForm;
 use super::{Body, BundleFile, ExportError, ExportSettings, Images};
-use imaging::codec::encode_png;
 use layer::Layer;
 use simulator_schemas::Simulator;
 
@@ -98,7 +97,7 @@ fn prop_files(scene: &Scene, body: &Body, images: &Images, settings: &ExportSett
     for material in &body.visual.materials {
         if let Some(texture) = &material.base_color_texture {
             let path = format!("{folder}/{}", material::texture_path(&body.name, material));
-            files.push(BundleFile::png(path, encode_png(texture), "usd_texture"));
+            files.push(BundleFile::png(path, texture.png().to_vec(), "usd_texture"));
         }
     }
     if let Some(thumbnail) = images.thumbnails.get(&body.name) {

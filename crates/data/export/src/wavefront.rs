@@ -8,7 +8,6 @@ use geometry::{ConvexHull, FaceGroup, Material, TexturedMesh};
 
 use super::number::{push_direction, push_f32};
 use super::{Body, BundleFile};
-use imaging::codec::encode_png;
 
 /// The geometry of a body as OBJ text and its textures as PNG, shared by the formats that reference them.
 pub struct Wavefront {
@@ -29,7 +28,8 @@ struct GroupObj {
 impl Wavefront {
     pub fn of(body: &Body) -> Self {
         let visual = &body.visual;
-        let texture = |material: &Material| material.base_color_texture.as_deref().map(encode_png);
+        let texture =
+            |material: &Material| material.base_color_texture.as_ref().map(|texture| texture.png().to_vec());
         Self {
             visuals: visual.groups.iter().map(|group| group_obj(visual, group)).collect(),
             hulls: body.hulls.iter().map(hull_obj).collect(),

@@ -13,20 +13,22 @@ use imaging::{Image, Texture};
 
 use super::ROOT_ROTATION_XYZW;
 use super::document as doc;
-use super::write::upside_down;
 
 /// Bounds on the allocations that a file can cause.
-struct Limits;
+pub(super) struct Limits;
 
 impl Limits {
     const JSON_BYTES: usize = 8 << 20;
-    const VERTICES: usize = 8_000_000;
-    const TRIANGLES: usize = 8_000_000;
+    pub const VERTICES: usize = 8_000_000;
+    pub const TRIANGLES: usize = 8_000_000;
     const NODE_VISITS: usize = 100_000;
     const NODE_DEPTH: usize = 64;
-    const MATERIALS: usize = 4096;
-    const PIXELS: u64 = 128 << 20;
+    pub const MATERIALS: usize = 4096;
+    pub const PIXELS: u64 = 128 << 20;
 }
+
+/// Longest name of a material; longer ones are cut.
+pub(super) const MAX_NAME_CHARS: usize = 48;
 
 /// Reason why bytes were not read as a mesh.
 #[derive(Debug, thiserror::Error)]
@@ -399,7 +401,7 @@ impl Reader<'_> {
     fn unique_name(&self, wanted: &str, index: usize) -> String {
         let folded: String = wanted
             .chars()
-            .take(48)
+            .take(MAX_NAME_CHARS)
             .map(|c| c.to_ascii_lowercase())
             .map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' })
             .collect();
@@ -432,7 +434,7 @@ impl Reader<'_> {
             .ok_or_else(|| GltfError::Unsupported("an image outside the file".to_owned()))?;
         let image: Image = decode_image(self.view(view)?.1, *budget_px)?;
         *budget_px -= u64::from(image.width_px()) * u64::from(image.height_px());
-        let texture = Texture::new(upside_down(&image));
+        let texture = Texture::new(image.upside_down());
         *slot = Some(texture.clone());
         Ok(texture)
     }
@@ -469,14 +471,14 @@ fn srgb_from_linear(c: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::{write_mesh_glb, write_scene_glb};
     use super::*;
     use crate::gltf::write::SceneNode;
     use geometry::{Pose, shapes};
     use proptest::prelude::*;
 
-    fn two_tone_mesh() -> TexturedMesh {
+    pub(in super::super) fn two_tone_mesh() -> TexturedMesh {
         let mut texture = Image::filled(4, 3, [200, 150, 90, 255]);
         texture.set_pixel(1, 0, [3, 2, 1, 255]);
         let mut glass = Material::plain("glass", Rgb([0.3, 0.71, 0.93]), 0.05);

@@ -4,8 +4,7 @@
 //! textures and equal meshes are stored once. Groups without triangles are left out.
 
 use geometry::{Material, Pose, TexturedMesh};
-use imaging::codec::encode_png;
-use imaging::{Image, Texture};
+use imaging::Texture;
 
 use super::ROOT_ROTATION_XYZW;
 use super::document as doc;
@@ -146,7 +145,7 @@ impl GlbFile {
         if let Some(index) = self.textures.iter().position(|known| known == texture) {
             return index;
         }
-        let view = self.add_view(&encode_png(&upside_down(texture)), None);
+        let view = self.add_view(texture.upside_down_png(), None);
         self.document.images.push(doc::Image {
             mime_type: Some("image/png".to_owned()),
             buffer_view: Some(view),
@@ -231,14 +230,4 @@ impl GlbFile {
 
 fn floats<const N: usize>(rows: &[[f32; N]]) -> Vec<u8> {
     rows.as_flattened().iter().flat_map(|value| value.to_le_bytes()).collect()
-}
-
-/// The image with its rows in reverse order.
-pub(super) fn upside_down(image: &Image) -> Image {
-    let row = image.width_px() as usize * 4;
-    let rgba = match row {
-        0 => Vec::new(),
-        _ => image.as_rgba().chunks_exact(row).rev().flatten().copied().collect(),
-    };
-    Image::from_rgba(image.width_px(), image.height_px(), rgba).expect("as many pixels as before")
 }
