@@ -18,6 +18,32 @@ pub async fn put_image(context: &Context, name: &str, image: Image) -> Result<Ar
     context.put(name, "image/png", bytes).await
 }
 
+/// Stores an image as PNG and keeps it for later stages of the job, which read it. The file of an `earlier` artifact
+/// with the same image is stored again instead of being made again.
+pub async fn put_input_image(
+    context: &Context,
+    name: &str,
+    image: Image,
+    earlier: Option<&ArtifactRef>,
+) -> Result<ArtifactRef, StageError> {
+    const PNG: &str = "image/png";
+    if let Some(earlier) = earlier
+        && *self::image(context, earlier).await? == image
+    {
+        let bytes = context.get(earlier).await?;
+        return context.put(name, PNG, bytes).await;
+    }
+    let image = Arc::new(image);
+    let encoded = image.clone();
+    let bytes = context.cpu(move || encode_png(&encoded)).await?;
+    let artifact = context.put(name, PNG, bytes).await?;
+    // PNG cannot express an image without pixels.
+    if !image.as_rgba().is_empty() {
+        context.services().decoded.images.keep(&artifact.digest, &image);
+    }
+    Ok(artifact)
+}
+
 /// An image an earlier stage stored.
 pub async fn image(context: &Context, artifact: &ArtifactRef) -> Result<Arc<Image>, StageError> {
     let decoded = &context.services().decoded;

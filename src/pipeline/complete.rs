@@ -66,5 +66,6 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<CompletionRef,
     };
     let call = context.call();
     let completion = context.services().ports.image_generator.complete(&call, request).await?;
-    reference::put_completion(&context, "completed.png", completion).await
+    let alone = inputs.alone.as_ref().map(|alone| &alone.image);
+    reference::put_completion(&context, "completed.png", completion, alone).await
 }

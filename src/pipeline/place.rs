@@ -191,7 +191,8 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     };
     let top = top_view(&context, &inputs, request).await?;
     let boxes = ports.segmenter.top_boxes(&call, top.clone(), inputs.recognition.clone()).await?;
-    let top_view = artifact_io::put_image(&context, "top.png", top.image.clone()).await?;
+    let rendered = inputs.rendered.as_ref().map(|top| &top.image);
+    let top_view = artifact_io::put_input_image(&context, "top.png", top.image.clone(), rendered).await?;
     let output = layout::lay_out(&context, &inputs, &boxes, top_view).await?;
     let drawn = {
         let (image, output) = (top.image, output.clone());

@@ -128,7 +128,7 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
         generator.reference(&call, description, inputs.seed).await?
     };
     let account = Some(TextAccount { unmet: generated.unmet, ..account });
-    let image = artifact_io::put_image(context, "reference.png", generated.image).await?;
+    let image = artifact_io::put_input_image(context, "reference.png", generated.image, None).await?;
     let mut output = Output { image, known: None, alone: Vec::new(), top: None, account, stated: None };
     if let Some(SyntheticGroundTruth { known, stated, truth, alone, top }) = generated.ground_truth {
         output.known = Some(context.put_json("known.json", &known).await?);
@@ -137,7 +137,7 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
         context.put_json("truth.json", &truth).await?;
         let stored = alone.into_iter().map(|drawn| async move {
             let name = format!("alone/{}.png", drawn.id);
-            let completion = put_completion(context, &name, drawn.completion).await?;
+            let completion = put_completion(context, &name, drawn.completion, None).await?;
             Ok::<_, StageError>(AloneRef { id: drawn.id, completion })
         });
         output.alone = futures::future::try_join_all(stored).await?;
@@ -161,7 +161,7 @@ async fn given(context: &Context, sha256: &str) -> Result<Output, StageError> {
         })
         .await?;
     let image = decoded.map_err(|error: imaging::codec::CodecError| unreadable(error.to_string()))?;
-    let image = artifact_io::put_image(context, "reference.png", image).await?;
+    let image = artifact_io::put_input_image(context, "reference.png", image, None).await?;
     Ok(Output { image, known: None, alone: Vec::new(), top: None, account: None, stated: None })
 }
 
@@ -185,14 +185,15 @@ fn on_white(mut image: Image) -> Image {
     image
 }
 
-/// Stores a completion.
+/// Stores a completion; `earlier` is the artifact of an image that may be the same.
 pub(super) async fn put_completion(
     context: &Context,
     name: &str,
     completion: Completion,
+    earlier: Option<&ArtifactRef>,
 ) -> Result<CompletionRef, StageError> {
     Ok(CompletionRef {
-        image: artifact_io::put_image(context, name, completion.image).await?,
+        image: artifact_io::put_input_image(context, name, completion.image, earlier).await?,
         crop_px: completion.crop_px,
         silhouette: completion.silhouette,
         completed_share: completion.completed_share,
@@ -212,7 +213,7 @@ pub(super) async fn completion(context: &Context, stored: &CompletionRef) -> Res
 }
 
 async fn put_top(context: &Context, top: TopViewImage) -> Result<TopRef, StageError> {
-    let image = artifact_io::put_image(context, "top.png", top.image).await?;
+    let image = artifact_io::put_input_image(context, "top.png", top.image, None).await?;
     let known = match &top.known {
         Some(known) => Some(context.put_json("top_known.json", known).await?),
         None => None,
