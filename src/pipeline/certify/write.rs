@@ -93,9 +93,9 @@ pub(super) fn render(
         let in_scene: Vec<Mask> = masks.map(|id| seen.mask(id)).collect();
         let in_image: Vec<&Mask> = inputs.composition.masks.iter().map(|mask| &mask.visible).collect();
         let scene_view = studio.reference_view(camera, &inputs.preview)?;
-        let (likeness, agreement) =
-            compare(reference, &scene_view, &in_image, &in_scene, inputs.composition.unread.as_ref());
         let small = fitted(reference, scene_view.width_px(), scene_view.height_px());
+        let (likeness, agreement) =
+            compare(&small, &scene_view, &in_image, &in_scene, inputs.composition.unread.as_ref());
         let beside_png = encode_png(&side_by_side(&[&small, &scene_view, &agreement]));
         Ok((scene_view, agreement, likeness, beside_png))
     };

@@ -13,7 +13,7 @@
 //! Color distances include the difference in lighting. Cost: a few milliseconds an object.
 
 use super::morphology::connected_components;
-use super::pixels::{Pixels, distance};
+use super::pixels::{LinearLight, distance, lab_of};
 use imaging::{Image, Mask};
 use render::annotate::fitted;
 
@@ -76,8 +76,7 @@ pub fn compare(
     unread: Option<&Mask>,
 ) -> (SceneSimilarity, Image) {
     let (width, height) = (scene.width_px() as usize, scene.height_px() as usize);
-    let image_pixels = Pixels::new(&resized(image, scene), u32::MAX);
-    let rendered_pixels = Pixels::new(scene, u32::MAX);
+    let image = resized(image, scene);
     let full = in_image.first().map_or([1, 1], |mask| [mask.width_px(), mask.height_px()]);
     let owners = |contains: &dyn Fn(usize, u32, u32) -> bool, count: usize| -> Vec<Option<usize>> {
         let at = |k: usize, of: usize, all: u32| {
@@ -99,9 +98,14 @@ pub fn compare(
     let scene_of = owners(&|object, x, y| in_scene[object].contains(x, y), in_scene.len());
 
     let mut sums = vec![(0.0_f64, 0_usize); in_image.len()];
+    let linear = LinearLight::new();
+    let lab = |image: &Image, index: usize| {
+        let [x, y] = [index % width, index / width].map(|place| place as u32);
+        lab_of(linear.of(image.pixel(x, y)))
+    };
     for (index, (a, b)) in image_of.iter().zip(&scene_of).enumerate() {
         if let Some(object) = a.filter(|_| a == b) {
-            sums[object].0 += f64::from(distance(image_pixels.lab[index], rendered_pixels.lab[index]));
+            sums[object].0 += f64::from(distance(lab(&image, index), lab(scene, index)));
             sums[object].1 += 1;
         }
     }
@@ -115,7 +119,7 @@ pub fn compare(
         missed: mismatch_regions(&image_of, &scene_of, unowned, [width, height], full),
         invented: mismatch_regions(&scene_of, &image_of, unowned, [width, height], full),
     };
-    let drawn = agreement_overlay(&image_pixels.copy, &image_of, &scene_of);
+    let drawn = agreement_overlay(image, &image_of, &scene_of);
     (similarity, drawn)
 }
 
@@ -179,8 +183,7 @@ const GREEN: [f64; 3] = [60.0, 180.0, 90.0];
 const RED: [f64; 3] = [220.0, 50.0, 47.0];
 const BLUE: [f64; 3] = [38.0, 100.0, 230.0];
 
-fn agreement_overlay(image: &Image, image_of: &[Option<usize>], scene_of: &[Option<usize>]) -> Image {
-    let mut drawn = image.clone();
+fn agreement_overlay(mut drawn: Image, image_of: &[Option<usize>], scene_of: &[Option<usize>]) -> Image {
     for (index, pixel) in drawn.as_rgba_mut().chunks_exact_mut(4).enumerate() {
         let gray = 0.3 * f64::from(pixel[0]) + 0.59 * f64::from(pixel[1]) + 0.11 * f64::from(pixel[2]);
         let tint = match (image_of[index], scene_of[index]) {

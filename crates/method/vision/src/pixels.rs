@@ -26,12 +26,11 @@ impl Pixels {
         let longer = image.width_px().max(image.height_px()).max(1);
         let copy = if longer > work_px { fitted(image, work_px, work_px) } else { image.clone() };
         let (width, height) = (copy.width_px() as usize, copy.height_px() as usize);
-        let linear: Vec<f32> = (0..256).map(|v| linear(v as f32 / 255.0)).collect();
+        let linear = LinearLight::new();
         let (mut lab, mut log_light) =
             (Vec::with_capacity(width * height), Vec::with_capacity(width * height));
         for p in copy.as_rgba().chunks_exact(4) {
-            let opacity = f32::from(p[3]) / 255.0;
-            let light = [0, 1, 2].map(|k| opacity * linear[usize::from(p[k])] + 1.0 - opacity);
+            let light = linear.of([p[0], p[1], p[2], p[3]]);
             lab.push(lab_of(light));
             log_light.push(light.map(|c| c.max(9e-4).ln()));
         }
@@ -60,6 +59,22 @@ impl Pixels {
         let rows = self.height as f64 / f64::from(height_px);
         let y_of = |y: u32| (((f64::from(y) + 0.5) * rows) as usize).min(self.height - 1);
         Mask::from_fn(width_px, height_px, |x, y| bits[y_of(y) * self.width + x_of(x)])
+    }
+}
+
+/// Linear light of sRGB bytes.
+pub(crate) struct LinearLight(Vec<f32>);
+
+impl LinearLight {
+    pub fn new() -> Self {
+        Self((0..256).map(|v| linear(v as f32 / 255.0)).collect())
+    }
+
+    /// Linear light of a pixel on white.
+    pub fn of(&self, [r, g, b, alpha]: [u8; 4]) -> [f32; 3] {
+        let opacity = f32::from(alpha) / 255.0;
+        let on_white = |level: u8| opacity * self.0[usize::from(level)] + 1.0 - opacity;
+        [on_white(r), on_white(g), on_white(b)]
     }
 }
 
