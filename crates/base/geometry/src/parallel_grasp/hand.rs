@@ -108,13 +108,32 @@ impl Hand {
 
     /// The interval of the closing line that a hull occupies within the limits.
     fn span(&self, hull: &ConvexHull, limits: &[(DVec3, f64); 4]) -> Option<[f64; 2]> {
+        // Of each point, a bit for each limit that it lies beyond.
+        let beyond = |p: &DVec3| {
+            limits
+                .iter()
+                .rev()
+                .fold(0_u8, |bits, (way, limit_m)| bits << 1 | u8::from(way.dot(*p) > *limit_m))
+        };
+        let beyond: Vec<u8> = hull.points.iter().map(beyond).collect();
+        if beyond.iter().fold(u8::MAX, |all, bits| all & bits) != 0 {
+            return None;
+        }
         let (mut from_m, mut to_m) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut reach = |p: &DVec3| {
+            let along_m = p.dot(self.closing);
+            (from_m, to_m) = (from_m.min(along_m), to_m.max(along_m));
+        };
         let mut polygon: Vec<DVec3> = Vec::with_capacity(8);
         let mut clipped: Vec<DVec3> = Vec::with_capacity(8);
-        for triangle in &hull.triangles {
-            let corners = triangle.map(|corner| hull.points[corner as usize]);
-            let misses = |(way, limit_m): &(DVec3, f64)| corners.iter().all(|p| way.dot(*p) > *limit_m);
-            if limits.iter().any(misses) {
+        for [i, j, k] in &hull.triangles {
+            let [i, j, k] = [*i as usize, *j as usize, *k as usize];
+            if beyond[i] & beyond[j] & beyond[k] != 0 {
+                continue;
+            }
+            let corners = [hull.points[i], hull.points[j], hull.points[k]];
+            if beyond[i] | beyond[j] | beyond[k] == 0 {
+                corners.iter().for_each(&mut reach);
                 continue;
             }
             polygon.clear();
@@ -123,10 +142,7 @@ impl Hand {
                 clip(&polygon, way, limit_m, &mut clipped);
                 std::mem::swap(&mut polygon, &mut clipped);
             }
-            for p in &polygon {
-                let along_m = p.dot(self.closing);
-                (from_m, to_m) = (from_m.min(along_m), to_m.max(along_m));
-            }
+            polygon.iter().for_each(&mut reach);
         }
         (from_m <= to_m).then_some([from_m, to_m])
     }
@@ -181,6 +197,48 @@ mod tests {
         let [[from, to]] = spans(&can, [0.02, 0.03], 0.03)[..] else { panic!("one interval") };
         let half = (0.05_f64.powi(2) - 0.02_f64.powi(2)).sqrt();
         assert!((to - half).abs() < 2e-4 && (from + half).abs() < 2e-4, "{from} {to}");
+    }
+
+    /// [`Hand::span`] with every triangle clipped against every limit.
+    fn slow_span(hand: &Hand, hull: &ConvexHull, limits: &[(DVec3, f64); 4]) -> Option<[f64; 2]> {
+        let mut ends: Option<[f64; 2]> = None;
+        for triangle in &hull.triangles {
+            let mut polygon: Vec<DVec3> =
+                triangle.iter().map(|corner| hull.points[*corner as usize]).collect();
+            let mut clipped = Vec::new();
+            for &(way, limit_m) in limits.iter().filter(|(_, limit_m)| limit_m.is_finite()) {
+                clip(&polygon, way, limit_m, &mut clipped);
+                std::mem::swap(&mut polygon, &mut clipped);
+            }
+            for along_m in polygon.iter().map(|p| p.dot(hand.closing)) {
+                let [from, to] = ends.unwrap_or([along_m; 2]);
+                ends = Some([from.min(along_m), to.max(along_m)]);
+            }
+        }
+        ends
+    }
+
+    #[test]
+    fn span_equals_that_of_all_triangles_clipped() {
+        let hull = convex_hull(&cylinder(0.05, 0.1, 0.004, 24).positions, 256, 0.0).expect("a volume");
+        let mut found = 0;
+        for k in 0..240 {
+            let turn = f64::from(k) * 0.37;
+            let hand = Hand::new(DVec3::new(turn.cos(), turn.sin(), 0.0), DVec3::Z);
+            let (across_m, low_m) = (0.08 * (turn * 1.7).sin(), 0.12 * (turn * 0.9).sin());
+            let half_m = 0.002 + 0.03 * (turn * 0.3).cos().abs();
+            let high_m = if k % 3 == 0 { f64::INFINITY } else { low_m + 0.02 };
+            let limits = [
+                (hand.across, across_m + half_m),
+                (-hand.across, half_m - across_m),
+                (hand.up, high_m),
+                (-hand.up, -low_m),
+            ];
+            let span = hand.span(&hull, &limits);
+            assert_eq!(span, slow_span(&hand, &hull, &limits), "{k}");
+            found += usize::from(span.is_some());
+        }
+        assert!((60..240).contains(&found), "{found} of 240 columns meet the can");
     }
 
     #[test]
