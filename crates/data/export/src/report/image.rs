@@ -77,12 +77,7 @@ fn embedded(png: &[u8], max_width_px: u32) -> Option<Embedded> {
     if width_px == 0 || height_px == 0 {
         return None;
     }
-    let mut rgb = Vec::with_capacity(width_px as usize * height_px as usize * 3);
-    for y in 0..height_px {
-        for x in 0..width_px {
-            rgb.extend(mean(&image, x * factor, y * factor, factor));
-        }
-    }
+    let rgb = reduced(&image, factor as usize);
     let mut jpeg = Vec::new();
     JpegEncoder::new_with_quality(&mut jpeg, QUALITY)
         .write_image(&rgb, width_px, height_px, ExtendedColorType::Rgb8)
@@ -90,17 +85,26 @@ fn embedded(png: &[u8], max_width_px: u32) -> Option<Embedded> {
     Some(Embedded { uri: format!("data:image/jpeg;base64,{}", STANDARD.encode(jpeg)), width_px, height_px })
 }
 
-/// Mean color of a square block, composited on white.
-fn mean(image: &Image, x0: u32, y0: u32, side: u32) -> [u8; 3] {
-    let mut sum = [0_u32; 3];
-    for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x0 + x, y0 + y))) {
-        let [r, g, b, alpha] = image.pixel(x, y).map(u32::from);
-        for (sum, c) in sum.iter_mut().zip([r, g, b]) {
-            *sum += (c * alpha + 255 * (255 - alpha) + 127) / 255;
+/// Mean colors of square blocks of `side` pixels, composited on white, RGB. What is left at the right and below is cut.
+fn reduced(image: &Image, side: usize) -> Vec<u8> {
+    let (width, height) = (image.width_px() as usize / side, image.height_px() as usize / side);
+    let count = (side * side) as u32;
+    let on_white = |level: u8, alpha: u32| (u32::from(level) * alpha + 255 * (255 - alpha) + 127) / 255;
+    let mut rgb = Vec::with_capacity(width * height * 3);
+    let mut sums = vec![[0_u32; 3]; width];
+    for rows in image.as_rgba().chunks_exact(4 * image.width_px() as usize * side).take(height) {
+        sums.fill([0; 3]);
+        for row in rows.chunks_exact(4 * image.width_px() as usize) {
+            for (sum, pixels) in sums.iter_mut().zip(row.chunks_exact(4 * side)) {
+                for pixel in pixels.chunks_exact(4) {
+                    let alpha = u32::from(pixel[3]);
+                    sum.iter_mut().zip(pixel).for_each(|(sum, level)| *sum += on_white(*level, alpha));
+                }
+            }
         }
+        rgb.extend(sums.iter().flatten().map(|sum| ((sum + count / 2) / count) as u8));
     }
-    let count = side * side;
-    sum.map(|sum| ((sum + count / 2) / count) as u8)
+    rgb
 }
 
 #[cfg(test)]
@@ -120,5 +124,26 @@ mod tests {
             |found: [u8; 4], wanted: [u8; 3]| found.iter().zip(wanted).all(|(a, b)| a.abs_diff(b) < 12);
         assert!(near(back.pixel(20, 50), [255; 3]) && near(back.pixel(120, 50), [200, 40, 30]));
         assert!(embedded(b"no picture", 160).is_none());
+    }
+
+    #[test]
+    fn reduced_pixels_are_means_of_blocks_on_white() {
+        let mut image = Image::filled(11, 7, [0; 4]);
+        let bytes = image.as_rgba_mut();
+        bytes.iter_mut().enumerate().for_each(|(k, byte)| *byte = (k * 89 % 256) as u8);
+        for side in [1, 2, 3] {
+            let mean = |x: u32, y: u32, channel: usize| {
+                let pixels = (0..side * side).map(|k| image.pixel(x * side + k % side, y * side + k / side));
+                let on_white = |p: [u8; 4]| {
+                    let alpha = u32::from(p[3]);
+                    (u32::from(p[channel]) * alpha + 255 * (255 - alpha) + 127) / 255
+                };
+                ((pixels.map(on_white).sum::<u32>() + side * side / 2) / (side * side)) as u8
+            };
+            let (width, height) = (11 / side, 7 / side);
+            let places = (0..width * height).map(|k| (k % width, k / width));
+            let expected: Vec<u8> = places.flat_map(|(x, y)| [0, 1, 2].map(|c| mean(x, y, c))).collect();
+            assert_eq!(reduced(&image, side as usize), expected, "blocks of {side}");
+        }
     }
 }
