@@ -78,6 +78,20 @@ impl FlatPlanes {
         }
         highest.to_array().into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
+
+    /// As [`distance_above`](Self::distance_above); `None` if that is `limit_m` or more, which is faster.
+    pub fn distance_above_below(&self, point: DVec3, limit_m: f64) -> Option<f64> {
+        let [x, y, z] = point.to_array().map(f64x4::splat);
+        let limit = f64x4::splat(limit_m);
+        let mut highest = f64x4::splat(f64::NEG_INFINITY);
+        for [normal_x, normal_y, normal_z, offset] in &self.0 {
+            highest = (*normal_x * x + *normal_y * y + *normal_z * z - *offset).fast_max(highest);
+            if highest.simd_ge(limit).any() {
+                return None;
+            }
+        }
+        Some(highest.to_array().into_iter().fold(f64::NEG_INFINITY, f64::max))
+    }
 }
 
 /// Sufficient test that the hull is at least `min_m` thick everywhere: its width is at least twice its inradius,
@@ -263,21 +277,30 @@ fn min_missed(hull: &ConvexHull, kept: &[DVec3], max_corners: usize) -> Vec<usiz
 
 /// The volume that would be lost with each corner alone, m^3.
 fn losses_m3(hull: &ConvexHull) -> Vec<f64> {
-    // For each corner: the opposite edges of its triangles, which run around it.
-    let mut around: Vec<Vec<(u32, u32)>> = vec![Vec::new(); hull.points.len()];
-    for t in &hull.triangles {
-        (0..3).for_each(|k| around[t[k] as usize].push((t[(k + 1) % 3], t[(k + 2) % 3])));
+    // For each corner: the opposite edges of its triangles, which run around it. Those of corner k are the ones from
+    // first[k] to first[k + 1].
+    let mut first = vec![0_usize; hull.points.len() + 2];
+    hull.triangles.iter().flatten().for_each(|&k| first[k as usize + 2] += 1);
+    (2..first.len()).for_each(|k| first[k] += first[k - 1]);
+    let mut around = vec![(0, 0); 3 * hull.triangles.len()];
+    for &[a, b, c] in &hull.triangles {
+        for (corner, edge) in [(a, (b, c)), (b, (c, a)), (c, (a, b))] {
+            let place = &mut first[corner as usize + 1];
+            around[*place] = edge;
+            *place += 1;
+        }
     }
     // The corner's neighbors close up over it as the faces do that leave the most inside: of those that share one
     // neighbor the best.
-    let loss = |k: usize| {
+    let mut fan: Vec<(DVec3, DVec3)> = Vec::new();
+    let mut loss = |k: usize| {
         let at = |v: u32| hull.points[v as usize] - hull.points[k];
-        let lost = |apex: u32| -> f64 {
-            around[k].iter().map(|&(a, b)| at(a).cross(at(b)).dot(at(apex)).abs()).sum()
-        };
-        around[k].iter().map(|&(a, _)| lost(a)).fold(f64::INFINITY, f64::min) / 6.0
+        fan.clear();
+        fan.extend(around[first[k]..first[k + 1]].iter().map(|&(a, b)| (at(a), at(a).cross(at(b)))));
+        let lost = |apex: DVec3| -> f64 { fan.iter().map(|(_, across)| across.dot(apex).abs()).sum() };
+        fan.iter().map(|&(apex, _)| lost(apex)).fold(f64::INFINITY, f64::min) / 6.0
     };
-    (0..hull.points.len()).map(loss).collect()
+    (0..hull.points.len()).map(&mut loss).collect()
 }
 
 fn area_m2(hull: &ConvexHull) -> f64 {
@@ -418,7 +441,40 @@ mod tests {
         assert!(convex_hull(&[DVec3::ZERO, DVec3::X, DVec3::X * 2.0], 64, 0.001).is_none());
     }
 
+    /// As [`losses_m3`], from the triangles of each corner alone.
+    fn slow_losses_m3(hull: &ConvexHull) -> Vec<f64> {
+        let loss = |k: usize| {
+            let at = |v: u32| hull.points[v as usize] - hull.points[k];
+            let opposite = |t: &[u32; 3]| {
+                let place = t.iter().position(|&v| v as usize == k)?;
+                Some((t[(place + 1) % 3], t[(place + 2) % 3]))
+            };
+            let around: Vec<(u32, u32)> = hull.triangles.iter().filter_map(opposite).collect();
+            let lost = |apex: u32| -> f64 {
+                around.iter().map(|&(a, b)| at(a).cross(at(b)).dot(at(apex)).abs()).sum()
+            };
+            around.iter().map(|&(a, _)| lost(a)).fold(f64::INFINITY, f64::min) / 6.0
+        };
+        (0..hull.points.len()).map(loss).collect()
+    }
+
     proptest! {
+        #[test]
+        fn losses_and_limited_distances_are_those_computed_slowly(
+            cloud in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 4..80),
+            point in prop::array::uniform3(-2.0..2.0_f64), limit_m in -1.0..1.0_f64,
+        ) {
+            let cloud: Vec<DVec3> = cloud.into_iter().map(DVec3::from).collect();
+            let hull = convex_hull(&cloud, usize::MAX, 0.0).expect("a volume");
+            prop_assert_eq!(losses_m3(&hull), slow_losses_m3(&hull));
+            let above_m = distance_above(&planes(&hull), DVec3::from(point));
+            let faces = FlatPlanes::of(&planes(&hull));
+            for limit_m in [limit_m, above_m, above_m.next_up()] {
+                let expected = Some(above_m).filter(|&above_m| above_m < limit_m);
+                prop_assert_eq!(faces.distance_above_below(DVec3::from(point), limit_m), expected);
+            }
+        }
+
         #[test]
         fn thickening_grows_no_side_by_more_than_half_a_millimeter(
             size_m in prop::array::uniform3(0.01..0.2_f64), thickness_m in 0.0..0.002_f64, thin in 0..3_usize,

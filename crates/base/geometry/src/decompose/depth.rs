@@ -13,7 +13,7 @@
 use glam::DVec3;
 use parry3d_f64::partitioning::TraversalAction;
 use parry3d_f64::query::PointQueryWithLocation;
-use parry3d_f64::shape::{TriMesh, TrianglePointLocation};
+use parry3d_f64::shape::{TriMesh, Triangle, TrianglePointLocation};
 use wide::{f32x4, f64x4};
 
 /// Bit set in the reference to a child that is a triangle.
@@ -66,12 +66,12 @@ impl<'a> ShellDepth<'a> {
         let mut limit = f32::INFINITY;
         let mut look_at = |triangle: u32, limit: &mut f32| {
             let face = self.surface.triangle(triangle);
-            let (projected, location) = face.project_local_point_and_get_location(point, false);
-            let distance_m = (projected.point - point).length();
+            let (at, feature) = nearest_of_triangle([face.a, face.b, face.c], point);
+            let distance_m = (at - point).length();
             let nearer = distance_m < best.distance_m;
             // The first of equally near triangles, so that the guess does not change the result.
             if nearer || (distance_m == best.distance_m && triangle < best.triangle) {
-                best = Best { distance_m, triangle, at: projected.point, location: Some(location) };
+                best = Best { distance_m, triangle, at, feature: Some(feature) };
                 let reach = (distance_m + self.rounding_m) as f32;
                 *limit = reach * reach * (1.0 + SLACK_SINGLE);
             }
@@ -117,21 +117,79 @@ impl<'a> ShellDepth<'a> {
 
     /// Whether the point lies behind the surface, by the pseudo-normal at the nearest point.
     fn is_behind(&self, point: DVec3, best: &Best) -> bool {
-        let (Some(location), Some(normals)) = (best.location, self.surface.pseudo_normals()) else {
+        let (Some(feature), Some(normals)) = (best.feature, self.surface.pseudo_normals()) else {
             return false;
         };
         let triangle = best.triangle as usize;
-        let normal = match location {
-            TrianglePointLocation::OnFace(..) | TrianglePointLocation::OnSolid => {
-                self.surface.triangle(best.triangle).scaled_normal()
-            }
-            TrianglePointLocation::OnEdge(edge, _) => normals.edges_pseudo_normal[triangle][edge as usize],
-            TrianglePointLocation::OnVertex(corner) => {
+        let normal = match feature {
+            Feature::Inside => self.surface.triangle(best.triangle).scaled_normal(),
+            Feature::Edge(edge) => normals.edges_pseudo_normal[triangle][edge as usize],
+            Feature::Corner(corner) => {
                 normals.vertices_pseudo_normal[self.surface.indices()[triangle][corner as usize] as usize]
             }
         };
         (point - best.at).dot(normal) <= 0.0
     }
+}
+
+/// The place on a triangle of its point nearest to another point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Feature {
+    Inside,
+    /// From its first corner to the second, from the second to the third, or between the first and the third.
+    Edge(u32),
+    Corner(u32),
+}
+
+/// The point of a triangle nearest to a point: the result of parry's projection, by the same operations without those
+/// that serve other results.
+fn nearest_of_triangle([a, b, c]: [DVec3; 3], point: DVec3) -> (DVec3, Feature) {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let (ab_ap, ac_ap) = (ab.dot(ap), ac.dot(ap));
+    if ab_ap <= 0.0 && ac_ap <= 0.0 {
+        return (a, Feature::Corner(0));
+    }
+    let bp = point - b;
+    let (ab_bp, ac_bp) = (ab.dot(bp), ac.dot(bp));
+    if ab_bp >= 0.0 && ac_bp <= ab_bp {
+        return (b, Feature::Corner(1));
+    }
+    let cp = point - c;
+    let (ab_cp, ac_cp) = (ab.dot(cp), ac.dot(cp));
+    if ac_cp >= 0.0 && ab_cp <= ac_cp {
+        return (c, Feature::Corner(2));
+    }
+    let normal = ab.cross(ac);
+    let beside_ab = normal.dot(ab.cross(ap));
+    if beside_ab < 0.0 && ab_ap >= 0.0 && ab_bp <= 0.0 {
+        return (a + ab * (ab_ap / ab.length_squared()), Feature::Edge(0));
+    }
+    let beside_ac = -normal.dot(ac.cross(cp));
+    if beside_ac < 0.0 && ac_ap >= 0.0 && ac_cp <= 0.0 {
+        return (a + ac * (ac_ap / ac.length_squared()), Feature::Edge(2));
+    }
+    let bc = c - b;
+    let beside_bc = normal.dot(bc.cross(bp));
+    if beside_bc < 0.0 && ac_bp - ab_bp >= 0.0 && ab_cp - ac_cp >= 0.0 {
+        return (b + bc * (bc.dot(bp) / bc.length_squared()), Feature::Edge(1));
+    }
+    let whole = beside_bc + beside_ac + beside_ab;
+    if whole == 0.0 {
+        return nearest_of_line([a, b, c], point);
+    }
+    (a + ab * (beside_ac / whole) + ac * (beside_ab / whole), Feature::Inside)
+}
+
+/// As [`nearest_of_triangle`], for a triangle without area.
+#[cold]
+fn nearest_of_line([a, b, c]: [DVec3; 3], point: DVec3) -> (DVec3, Feature) {
+    let (projected, location) = Triangle::new(a, b, c).project_local_point_and_get_location(point, false);
+    let feature = match location {
+        TrianglePointLocation::OnFace(..) | TrianglePointLocation::OnSolid => Feature::Inside,
+        TrianglePointLocation::OnEdge(edge, _) => Feature::Edge(edge),
+        TrianglePointLocation::OnVertex(corner) => Feature::Corner(corner),
+    };
+    (projected.point, feature)
 }
 
 /// The planes of a triangle and through its edges, across it; all four as x, y, z of the unit normals that
@@ -171,12 +229,12 @@ struct Best {
     distance_m: f64,
     triangle: u32,
     at: DVec3,
-    location: Option<TrianglePointLocation>,
+    feature: Option<Feature>,
 }
 
 impl Default for Best {
     fn default() -> Self {
-        Self { distance_m: f64::INFINITY, triangle: 0, at: DVec3::ZERO, location: None }
+        Self { distance_m: f64::INFINITY, triangle: 0, at: DVec3::ZERO, feature: None }
     }
 }
 
@@ -245,4 +303,26 @@ fn gathered(branches: &[Branch]) -> Vec<Node> {
         nodes[index].high = high.map(f32x4::from);
     }
     nodes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn nearest_of_triangle_is_the_projection_of_parry(
+            corners in prop::array::uniform3(prop::array::uniform3(-1.0..1.0_f64)),
+            point in prop::array::uniform3(-2.0..2.0_f64), step in prop::sample::select(vec![0.0, 1e-6, 0.25]),
+        ) {
+            // On a coarse grid, many triangles have no area and many points lie on an edge.
+            let snapped = |p: [f64; 3]| {
+                let p = DVec3::from(p);
+                if step > 0.0 { (p / step).round() * step } else { p }
+            };
+            let (corners, point) = (corners.map(snapped), snapped(point));
+            prop_assert_eq!(nearest_of_triangle(corners, point), nearest_of_line(corners, point));
+        }
+    }
 }

@@ -31,6 +31,8 @@ pub(super) fn excess(
     cancel.check()?;
     let mut worst = Excess { distance_m: 0.0, at: hull.points.first().copied().unwrap_or(DVec3::ZERO) };
     let mut open: BinaryHeap<Open> = BinaryHeap::with_capacity(2 * hull.triangles.len());
+    // Corners of the triangles in the heap, which is faster if little is moved in it.
+    let mut explored: Vec<[DVec3; 3]> = Vec::with_capacity(2 * hull.triangles.len());
     let mut fresh: Vec<[DVec3; 3]> =
         hull.triangles.iter().map(|t| t.map(|v| hull.points[v as usize])).collect();
     let highest = MAX_SAMPLES.max(2 * fresh.len());
@@ -60,12 +62,14 @@ pub(super) fn excess(
                     return Ok(worst);
                 }
             }
-            open.push(Open { reach_m: outside + radius, corners });
+            open.push(Open { reach_m: outside + radius, triangle: explored.len() as u32 });
+            explored.push(corners);
         }
-        let Some(Open { reach_m, corners: [a, b, c] }) = open.pop() else { break };
+        let Some(Open { reach_m, triangle }) = open.pop() else { break };
         if reach_m <= worst.distance_m.max(known_m) || taken >= highest {
             break;
         }
+        let [a, b, c] = explored[triangle as usize];
         let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
         if ab >= bc && ab >= ca {
             let m = 0.5 * (a + b);
@@ -87,7 +91,8 @@ const MAX_SAMPLES: usize = 300;
 /// A triangle to explore, with the upper bound of the excess of its points.
 struct Open {
     reach_m: f64,
-    corners: [DVec3; 3],
+    /// Index among the explored triangles.
+    triangle: u32,
 }
 
 impl PartialEq for Open {

@@ -71,13 +71,20 @@ impl<'a> Field<'a> {
         }
         let cell = at.floor();
         let f = at - cell;
-        let cell = cell.as_uvec3();
+        let first = self.index(cell.as_uvec3());
+        let (row, layer) = (self.size.x as usize, self.size.x as usize * self.size.y as usize);
+        let [x, y, z] = f.to_array().map(|f| [1.0 - f, f]);
         let mut sum = 0.0;
-        for k in 0..8_u32 {
-            let corner = UVec3::new(k & 1, (k >> 1) & 1, k >> 2);
-            let along = |f: f64, upper: u32| if upper == 1 { f } else { 1.0 - f };
-            let weight = along(f.x, corner.x) * along(f.y, corner.y) * along(f.z, corner.z);
-            sum += weight * self.depth_at(cell + corner, nearby);
+        for k in 0..8_usize {
+            let corner @ [i, j, l] = [k & 1, (k >> 1) & 1, k >> 2];
+            let index = first + i + j * row + l * layer;
+            let known = self.depths[index].load(Ordering::Relaxed);
+            let depth_m = if known == UNKNOWN {
+                self.compute_depth(cell.as_uvec3() + UVec3::from_array(corner.map(|c| c as u32)), nearby)
+            } else {
+                f64::from(f32::from_bits(known))
+            };
+            sum += x[i] * y[j] * z[l] * depth_m;
         }
         -sum
     }
@@ -94,14 +101,15 @@ impl<'a> Field<'a> {
     }
 
     fn depth_at(&self, corner: UVec3, nearby: &mut Nearby) -> f64 {
-        let index = self.index(corner);
         // Relaxed: every thread would store the same value, so no order of loads and stores matters.
-        let known = self.depths[index].load(Ordering::Relaxed);
-        if known != UNKNOWN {
-            return f64::from(f32::from_bits(known));
-        }
+        let known = self.depths[self.index(corner)].load(Ordering::Relaxed);
+        if known != UNKNOWN { f64::from(f32::from_bits(known)) } else { self.compute_depth(corner, nearby) }
+    }
+
+    #[cold]
+    fn compute_depth(&self, corner: UVec3, nearby: &mut Nearby) -> f64 {
         let depth = self.depth_m(self.low + self.step_m * corner.as_dvec3(), nearby) as f32;
-        self.depths[index].store(depth.to_bits(), Ordering::Relaxed);
+        self.depths[self.index(corner)].store(depth.to_bits(), Ordering::Relaxed);
         f64::from(depth)
     }
 

@@ -78,7 +78,8 @@ pub(super) fn fit(
     let shell_of: Vec<usize> = shells.flat_map(|(k, s)| repeat_n(k, s.surface.num_triangles())).collect();
     // Where shells overlap, part of their surface is inside.
     let bare = spread(&corners).into_iter().filter(|&(triangle, p)| depths.is_bare(shell_of[triangle], p));
-    let from_hulls = Distances::of(bare.map(|(_, p)| union.depth_m(p).abs()));
+    let mut deepest = 0;
+    let from_hulls = Distances::of(bare.map(|(_, p)| union.depth_m(p, &mut deepest).abs()));
     cancel.check()?;
     let faces: Vec<[DVec3; 3]> =
         hulls.iter().flat_map(|h| h.triangles.iter().map(|t| t.map(|v| h.points[v as usize]))).collect();
@@ -186,13 +187,21 @@ impl Union {
     /// Hulls the point lies in, or outside by at most `slack_m`.
     fn covers_of(&self, point: DVec3, slack_m: f64) -> usize {
         let near = |c: &&Convex| point.cmpge(c.low - slack_m).all() && point.cmple(c.high + slack_m).all();
-        self.0.iter().filter(near).filter(|c| c.faces.distance_above(point) <= slack_m).count()
+        let limit_m = slack_m.next_up();
+        self.0.iter().filter(near).filter(|c| c.faces.distance_above_below(point, limit_m).is_some()).count()
     }
 
     /// Depth in the hull it is deepest in, at most the depth in the union; negative outside all, by at least what it
-    /// is above the nearest face.
-    fn depth_m(&self, point: DVec3) -> f64 {
-        self.0.iter().map(|c| -c.faces.distance_above(point)).fold(f64::NEG_INFINITY, f64::max)
+    /// is above the nearest face. `deepest` is that hull for a point nearby on entry and for this one on return.
+    fn depth_m(&self, point: DVec3, deepest: &mut usize) -> f64 {
+        let guess = *deepest;
+        let mut lowest_m = self.0.get(guess).map_or(f64::INFINITY, |c| c.faces.distance_above(point));
+        for (k, convex) in self.0.iter().enumerate().filter(|&(k, _)| k != guess) {
+            if let Some(above_m) = convex.faces.distance_above_below(point, lowest_m) {
+                (lowest_m, *deepest) = (above_m, k);
+            }
+        }
+        -lowest_m
     }
 }
 
@@ -243,4 +252,26 @@ fn spread_inside(hull: &ConvexHull) -> Vec<DVec3> {
         points.push(center + u[0] * *a + (u[1] - u[0]) * *b + (u[2] - u[1]) * *c);
     }
     points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::convex_hull::{convex_hull, distance_above};
+    use crate::shapes::{block, sphere};
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn depth_in_a_union_is_the_largest_in_a_hull_whatever_is_guessed(
+            point in prop::array::uniform3(-0.2..0.2_f64), mut deepest in 0..5_usize,
+        ) {
+            let point = DVec3::from(point);
+            let solids = [block(DVec3::splat(0.1)), sphere(0.05, 16), block(DVec3::new(0.2, 0.02, 0.15))];
+            let hulls = solids.map(|solid| convex_hull(&solid.positions, usize::MAX, 0.0).expect("a hull"));
+            let depths = hulls.iter().map(|hull| -distance_above(&planes(hull), point));
+            let expected = depths.fold(f64::NEG_INFINITY, f64::max);
+            prop_assert_eq!(Union::of(&hulls).depth_m(point, &mut deepest), expected);
+        }
+    }
 }
