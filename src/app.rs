@@ -21,6 +21,7 @@ mod edit_operations;
 pub mod edit_scene;
 pub mod variants;
 pub mod batch_requests;
+pub mod batch_reading;
 mod grasps;
 pub mod tasks;
 pub mod episodes;

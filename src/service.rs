@@ -18,7 +18,7 @@ use tokio_util::sync::CancellationToken;
 use crate::api;
 use crate::api::Api;
 use crate::app::{self, App, AppError, metrics};
-use crate::config::{Config, Resolved};
+use crate::config::Resolved;
 use crate::executor::Executor;
 use crate::freezer::Freezer;
 use crate::recorder::Recorder;
@@ -65,7 +65,7 @@ async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) 
     let worker = build.map(|build| worker(resolved, data_dir, &store, &cpu, build));
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
     if worker.is_some() {
-        start_background(config, &store, &draining);
+        start_background(resolved, &store, &draining);
     }
     let api = interface(resolved, &config.server, &store, cpu, &draining, &closing);
     let (router, settings, closed) = (api::router(api), config.server.clone(), closing.clone());
@@ -98,7 +98,7 @@ pub async fn start_worker(
     let cpu = app::cpu_pool(config)?;
     let worker = worker(resolved, data_dir, &store, &cpu, build);
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
-    start_background(config, &store, &draining);
+    start_background(resolved, &store, &draining);
     let listener = listener.map(|listener| {
         let settings = api::Settings {
             listen: listen_on.unwrap_or_default().to_owned(),
@@ -160,9 +160,9 @@ fn worker(resolved: &Resolved, data_dir: &Path, store: &Store, cpu: &CpuPool, bu
 }
 
 /// Starts what a process with a worker does beside jobs.
-fn start_background(config: &Config, store: &Store, draining: &CancellationToken) {
-    upkeep::start(store, config, draining);
-    feeding::start(store, config, draining);
+fn start_background(resolved: &Resolved, store: &Store, draining: &CancellationToken) {
+    upkeep::start(store, &resolved.config, draining);
+    feeding::start(store, &App::new(resolved), draining);
 }
 
 fn address_of(listener: &TcpListener, stated: &str) -> Result<SocketAddr, AppError> {

@@ -6,7 +6,6 @@
 mod output;
 mod parameters;
 mod receive;
-mod requests;
 pub(super) mod views;
 
 use axum::Json;

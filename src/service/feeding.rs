@@ -1,4 +1,5 @@
-//! The feeder of a running service: it puts requests of batches into the queue, a few at a time.
+//! The feeder of a running service: it puts requests of batches into the queue, a few at a time, and gives those of
+//! recipes their rows before.
 //!
 //! It keeps nothing in memory, and each of its steps is one transaction, so any number of processes may feed the same
 //! batches, and any of them may die at any time.
@@ -7,32 +8,46 @@ use std::time::Duration;
 
 use tokio_util::sync::CancellationToken;
 
+use crate::app::App;
+use crate::app::batch_reading::BatchReader;
 use crate::background::kept_running;
 use crate::config::Config;
+use scene::BatchId;
 use store::batches::FeedRules;
 use store::{Store, StoreError};
 
 /// Changes in quick succession are handled together.
 const BUNDLED_CHANGES: Duration = Duration::from_millis(20);
 
+/// Requests of a recipe that get their rows together.
+const EXPANDED_TOGETHER: usize = 1000;
+
 /// Feeds from now on until `shutdown`.
-pub fn start(store: &Store, config: &Config, shutdown: &CancellationToken) {
+pub fn start(store: &Store, app: &App, shutdown: &CancellationToken) {
+    let config: &Config = app.config();
     let rules = FeedRules {
         queue: config.queue.clone(),
         window: config.batches.window,
         counts_money: config.calls_remote_models(),
     };
     let poll = Duration::from_millis(config.worker.poll_ms);
-    let (store, shutdown) = (store.clone(), shutdown.clone());
-    let feed = move || feed_until_shutdown(store.clone(), rules.clone(), poll, shutdown.clone());
+    let (feeder, shutdown) = (Feeder { store: store.clone(), app: app.clone(), rules }, shutdown.clone());
+    let feed = move || feed_until_shutdown(feeder.clone(), poll, shutdown.clone());
     tokio::spawn(kept_running("feeder of batches", feed));
 }
 
-async fn feed_until_shutdown(store: Store, rules: FeedRules, poll: Duration, shutdown: CancellationToken) {
-    let mut changes = store.changes();
+#[derive(Clone)]
+struct Feeder {
+    store: Store,
+    app: App,
+    rules: FeedRules,
+}
+
+async fn feed_until_shutdown(feeder: Feeder, poll: Duration, shutdown: CancellationToken) {
+    let mut changes = feeder.store.changes();
     while !shutdown.is_cancelled() {
         changes.mark_unchanged();
-        match feed(&store, &rules).await {
+        match feed(&feeder).await {
             Ok(()) => {}
             // The store itself reports outages, once.
             Err(error) if error.outage().is_some() => {}
@@ -49,11 +64,13 @@ async fn feed_until_shutdown(store: Store, rules: FeedRules, poll: Duration, shu
 }
 
 /// Feeds each batch once; one of many items takes no longer than the others.
-async fn feed(store: &Store, rules: &FeedRules) -> Result<(), StoreError> {
+async fn feed(feeder: &Feeder) -> Result<(), StoreError> {
+    let Feeder { store, rules, .. } = feeder;
     let mut batches = store.active_batches().await?;
     while !batches.is_empty() {
         let mut unfinished = Vec::new();
         for batch in batches {
+            expand(feeder, &batch).await?;
             let fed = store.feed_batch(&batch, rules.clone()).await?;
             if fed.submitted > 0 || fed.settled > 0 {
                 tracing::debug!(batch_id = %batch, submitted = fed.submitted, settled = fed.settled, "fed a batch");
@@ -63,6 +80,25 @@ async fn feed(store: &Store, rules: &FeedRules) -> Result<(), StoreError> {
             }
         }
         batches = unfinished;
+    }
+    Ok(())
+}
+
+/// Gives requests of a recipe their rows, where few of the batch wait.
+async fn expand(Feeder { store, app, rules }: &Feeder, batch: &BatchId) -> Result<(), StoreError> {
+    let Some(rest) = store.recipe_to_expand(batch, rules.window).await? else { return Ok(()) };
+    let reader = BatchReader { app: app.clone() };
+    let expanding = tokio::task::spawn_blocking(move || {
+        let (items, is_last) = reader.expand(&rest, EXPANDED_TOGETHER);
+        (rest, items, is_last)
+    });
+    let Ok((rest, items, is_last)) = expanding.await else {
+        tracing::error!(batch_id = %batch, "a bug stopped the reader of a recipe; trying again later");
+        return Ok(());
+    };
+    let (first_place, count) = (rest.first_place, items.len());
+    if store.expand_recipe(batch, rest, items, is_last).await? {
+        tracing::debug!(batch_id = %batch, first_place, count, "gave requests of a recipe their rows");
     }
     Ok(())
 }

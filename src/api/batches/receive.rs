@@ -1,20 +1,21 @@
 //! The body of `POST /batches`: read on a thread that may block, stored in groups as it is read.
 //!
-//! Memory holds the body and a few groups, not the requests that a recipe makes.
+//! Memory holds the body and a few groups, not the requests that a recipe makes. Every request of a recipe is checked
+//! and counted now; only the first group is stored, the others as they are fed (see `service::feeding`).
 
 use axum::extract::Request;
 use tokio::sync::mpsc;
 
 use super::parameters::SubmitParameters;
-use super::requests::{BodyKind, Reader};
 use crate::api::admission::overloaded;
 use crate::api::body::{BodyReader, ReceivedBody};
 use crate::api::extract::TenantApi;
 use crate::api::json_body::media_type;
+use crate::app::batch_reading::{BatchReader, BodyKind};
 use crate::problem::{Problem, ProblemType};
 use scene::BatchId;
 use store::Digest;
-use store::batches::{NewBatch, NewItem, PublishOutcome};
+use store::batches::{NewBatch, NewItem, PublishOutcome, RecipeRest, RestCounts};
 use store::retention::QuotaOutcome;
 
 /// Requests that are stored in one transaction.
@@ -92,30 +93,42 @@ async fn store_requests(
 ) -> Result<(), Problem> {
     let _turn = api.receptions.clone().acquire_owned().await.ok();
     let (groups, mut received) = mpsc::channel(GROUPS_AHEAD);
-    let reader = Reader { app: api.app.clone() };
+    let reader = BatchReader { app: api.app.clone() };
     let reading = tokio::task::spawn_blocking(move || read(&reader, kind, &body, &groups));
     while let Some(group) = received.recv().await {
         // An error drops the receiver, and the reader stops at its next group.
         api.store.append_items(id, group).await?;
     }
-    reading.await.unwrap_or_else(|_| Err(stopped()))
+    if let Some(rest) = reading.await.unwrap_or_else(|_| Err(stopped()))? {
+        api.store.keep_recipe(id, rest).await?;
+    }
+    Ok(())
 }
 
+/// Reads the requests. Of a recipe the first group is sent; the rest of its requests is the result.
 fn read(
-    reader: &Reader,
+    reader: &BatchReader,
     kind: BodyKind,
     body: &ReceivedBody,
     groups: &mpsc::Sender<Vec<NewItem>>,
-) -> Result<(), Problem> {
+) -> Result<Option<RecipeRest>, Problem> {
     let mut group = Vec::with_capacity(GROUP);
+    let mut rest: Option<(u64, RestCounts)> = None;
     reader.read(kind, body, |item| {
+        if kind == BodyKind::Recipe && group.len() == GROUP {
+            rest.get_or_insert((item.place, RestCounts::default())).1.add(&item.content);
+            return true;
+        }
         group.push(item);
-        group.len() < GROUP
+        kind == BodyKind::Recipe
+            || group.len() < GROUP
             || groups.blocking_send(std::mem::replace(&mut group, Vec::with_capacity(GROUP))).is_ok()
     })?;
     if !group.is_empty() {
         // The receiver is gone where the store has failed, which is the error that the client gets.
         let _ = groups.blocking_send(group);
     }
-    Ok(())
+    // The reader has parsed it, so it is a text.
+    let recipe = || String::from_utf8_lossy(body).into_owned();
+    Ok(rest.map(|(first_place, counts)| RecipeRest { recipe: recipe(), first_place, counts }))
 }

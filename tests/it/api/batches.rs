@@ -374,3 +374,49 @@ async fn a_batch_goes_on_after_a_restart() {
     assert_eq!(counts(&batch), expected([("succeeded", 8)]));
     assert_eq!(server.get("/scenes").await.json()["scenes"].as_array().unwrap().len(), 8, "none twice");
 }
+
+#[tokio::test]
+async fn a_short_recipe_of_many_requests_gets_rows_as_it_is_fed() {
+    const REQUESTS: u64 = 100_000;
+    let limits = [("batches.window", "4"), ("queue.max_jobs", "10"), ("queue.max_jobs_per_tenant", "10")];
+    let script = Script::new(&[]);
+    for _ in 0..100 {
+        script.next("omega", Act::Wait);
+    }
+    let server = Server::with(&script, &limits).await;
+    let recipe = format!(r#"{{"templates":["a mug"],"seeds":{{"first":0,"count":{REQUESTS}}}}}"#);
+    assert!(recipe.len() < 80, "{}", recipe.len());
+    let id = id_of(&send(&server, "", "application/json", &recipe).await);
+    let running =
+        until(&server, &id, "being worked on", |batch| batch["request_counts"]["running"] != 0).await;
+    let counted = running["request_counts"]["pending"].as_u64().unwrap()
+        + running["request_counts"]["running"].as_u64().unwrap();
+    assert_eq!((counted, &running["request_counts"]["total"]), (REQUESTS, &json!(REQUESTS)));
+    let rest = server.store().recipe_to_expand(&id.parse().unwrap(), i64::MAX).await.unwrap().unwrap();
+    assert!(rest.first_place <= 1001, "{} rows of a recipe of {} bytes", rest.first_place - 1, recipe.len());
+    let cancelled = server.call(Method::POST, &format!("/batches/{id}/cancel"), &[], "").await;
+    assert_eq!(cancelled.status, 202);
+    let batch = ends(&server, &id).await;
+    assert_eq!(counts(&batch), expected([("cancelled", REQUESTS)]));
+    let errors = results(&server, &id, "errors").await;
+    assert!(errors.len() <= 1000, "requests that never had a row are counted, not listed: {}", errors.len());
+}
+
+#[tokio::test]
+async fn a_recipe_of_several_groups_is_made_whole_and_its_duplicates_are_found() {
+    let limits = [("batches.window", "1000"), ("worker.concurrency", "8")];
+    let server = Server::with(&Script::new(&[]), &limits).await;
+    // The second template asks for what the first did, 550 requests later.
+    let recipe = json!({ "templates": ["a mug", " a   mug"], "seeds": { "first": 0, "count": 550 } });
+    let id = id_of(&send(&server, "", "application/json", &recipe.to_string()).await);
+    assert_eq!(
+        batch(&server, &id).await["request_counts"]["duplicate"],
+        550,
+        "known before the rows are there"
+    );
+    let batch = ends(&server, &id).await;
+    assert_eq!(counts(&batch), expected([("succeeded", 550), ("duplicate", 550)]));
+    let output = results(&server, &id, "output").await;
+    let last = output.last().unwrap();
+    assert_eq!((output.len(), &last["duplicate_of"]), (1100, &json!("t0_s549")));
+}

@@ -39,6 +39,7 @@ pub const MECHANISMS: &[Mechanism] = &[
             ("src/app/episodes/recorder.rs", "the workers of the command line, as many as it is given"),
             ("src/cli/foreground.rs", "the one computation of a command"),
             ("src/pipeline/resources.rs", "waits for the driver of the GPU"),
+            ("src/service/feeding.rs", "reads recipes, which must not wait for scenes"),
             ("src/worker/heartbeat.rs", "keeps leases while the runtime is busy"),
         ],
     },

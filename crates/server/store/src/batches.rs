@@ -1,12 +1,14 @@
 //! Batches: many requests that are submitted together and put into the queue a few at a time.
 //!
-//! [`receive`] stores a batch and its items; until all are there, no query finds the batch. [`feed`] gives pending
-//! items a scene and a job, so that at most a window of them is in the queue, and settles those that have ended: the
-//! item then has its final state, its error and its cost. An item gets its scene in the transaction that changes its
-//! state, and the transaction holds the batch's row, so processes may feed the same batch, and die, at any time: every
-//! item is submitted exactly once. [`control`] cancels and retries, [`account`] counts, [`output`] lists results.
+//! [`receive`] stores a batch and its items; until all are there, no query finds the batch. The requests of a recipe
+//! get their items a group at a time ([`expansion`]). [`feed`] gives pending items a scene and a job, so that at most a
+//! window of them is in the queue, and settles those that have ended: the item then has its final state, its error and
+//! its cost. An item gets its scene in the transaction that changes its state, and the transaction holds the batch's
+//! row, so processes may feed the same batch, and die, at any time: every item is submitted exactly once. [`control`]
+//! cancels and retries, [`account`] counts, [`output`] lists results.
 
 mod receive;
+mod expansion;
 mod feed;
 mod begin;
 mod settle;
@@ -28,6 +30,7 @@ use scene::{BatchId, JobId, MicroUsd, SceneId, TenantId};
 
 pub use account::{BatchAccount, BatchMoney};
 pub use control::{BatchCancelOutcome, BatchRetryOutcome};
+pub use expansion::{RecipeRest, RestCounts};
 pub use feed::{Fed, FeedRules};
 pub use output::{ItemRow, OutputKind};
 pub use receive::{ItemContent, NewBatch, NewItem, PublishOutcome};

@@ -116,6 +116,7 @@ conformance! {
     batches::items_together_stay_within_the_budget_of_their_batch,
     batches::a_key_makes_one_batch_which_appears_whole,
     batches::a_batch_leaves_half_of_the_queue_to_others,
+    batches::requests_of_a_recipe_get_their_items_once_and_stop_with_their_batch,
     datasets::freezes_of_one_name_follow_each_other,
     datasets::of_claims_at_once_each_dataset_goes_to_one_process,
     datasets::a_dead_freezer_is_replaced_and_fenced,

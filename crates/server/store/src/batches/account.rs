@@ -1,6 +1,8 @@
 //! Progress of batches: requests by state, pace and money, from the rows of the items.
 //!
 //! Items in the queue are pending or running until they are settled, so counts agree with the results that are listed.
+//! Requests of a recipe that have no items yet count as what they are to become; those of a cancelled batch as
+//! cancelled.
 
 use std::collections::HashMap;
 use std::time::Duration;
@@ -94,7 +96,14 @@ async fn counts_of(
          SELECT i.batch_id, CASE WHEN j.state IS NULL OR j.state = 'queued' THEN 'pending' ELSE 'running' END AS state,
                 COUNT(*) AS items
          FROM batch_items AS i LEFT JOIN jobs AS j ON j.id = i.job_id
-         WHERE i.batch_id IN ({places}) AND i.state = 'submitted' GROUP BY 1, 2"
+         WHERE i.batch_id IN ({places}) AND i.state = 'submitted' GROUP BY 1, 2
+         UNION ALL
+         SELECT batch_id, CASE WHEN is_stopped = 0 THEN 'pending' ELSE 'cancelled' END AS state, pending AS items
+         FROM batch_recipes WHERE batch_id IN ({places})
+         UNION ALL
+         SELECT batch_id, 'duplicate' AS state, duplicate AS items FROM batch_recipes WHERE batch_id IN ({places})
+         UNION ALL
+         SELECT batch_id, 'invalid' AS state, invalid AS items FROM batch_recipes WHERE batch_id IN ({places})"
     );
     let bound = ids.iter().fold(sqlx::query(AssertSqlSafe(query)), |query, id| query.bind(*id));
     let mut counts: HashMap<String, RequestCounts> = HashMap::new();

@@ -3,6 +3,7 @@
 use ::batches::{BatchState, OutputError};
 use sqlx::AnyConnection;
 
+use super::expansion;
 use super::{error_text, locked};
 use crate::boxed;
 use crate::{Store, StoreError, database, queue};
@@ -93,6 +94,7 @@ async fn cancel(
     .bind(id.as_str())
     .execute(&mut *connection)
     .await?;
+    expansion::stop(connection, id).await?;
     sqlx::query("UPDATE batches SET state = 'cancelling' WHERE id = $1")
         .bind(id.as_str())
         .execute(&mut *connection)
@@ -131,6 +133,7 @@ async fn retry(
     .execute(&mut *connection)
     .await?
     .rows_affected();
+    let waiting = waiting + expansion::go_on(connection, id).await?;
     if waiting == 0 {
         return Ok(BatchRetryOutcome::NothingToRetry);
     }

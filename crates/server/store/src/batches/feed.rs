@@ -7,6 +7,7 @@ use ::batches::{BatchBudget, BatchState, Grant, OutputError};
 use sqlx::{AnyConnection, Row};
 
 use super::begin::{begin, end_early, pending_items, submitted};
+use super::expansion::is_expanding;
 use super::settle::settle;
 use super::{BatchRow, locked};
 use crate::boxed;
@@ -99,7 +100,8 @@ async fn feed(connection: &mut AnyConnection, id: &BatchId, rules: &FeedRules) -
         refill(connection, &batch, rules, active, &mut fed, now).await?;
     }
     let pending = count(connection, id, "pending").await?;
-    if pending == 0 && count(connection, id, "submitted").await? == 0 {
+    let is_at_end = pending == 0 && count(connection, id, "submitted").await? == 0;
+    if is_at_end && !is_expanding(connection, id).await? {
         sqlx::query("UPDATE batches SET state = $1, finished_at = $2 WHERE id = $3")
             .bind(batch.state.ended().as_str())
             .bind(now)

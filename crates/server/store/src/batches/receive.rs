@@ -16,7 +16,7 @@ use crate::{Digest, Store, StoreError, database};
 use scene::{BatchId, MicroUsd, TenantId};
 
 /// Items of one statement: each has nine parameters, and SQLite takes 32,766.
-const ITEMS_PER_STATEMENT: usize = 200;
+pub(super) const ITEMS_PER_STATEMENT: usize = 200;
 /// A batch that is not complete after this long is of a process that died.
 const MAX_RECEIVING_MS: i64 = 6 * 3600 * 1000;
 
@@ -183,7 +183,12 @@ async fn by_key(
     row.map(|row| Ok((database::id(&row, "batches", "id")?, row.try_get("body_digest")?))).transpose()
 }
 
-async fn insert(connection: &mut AnyConnection, id: &BatchId, items: &[NewItem]) -> Result<(), StoreError> {
+/// Inserts a group of items.
+pub(super) async fn insert(
+    connection: &mut AnyConnection,
+    id: &BatchId,
+    items: &[NewItem],
+) -> Result<(), StoreError> {
     const COLUMNS: usize = 9;
     let row = |k: usize| {
         let parameters: Vec<String> =

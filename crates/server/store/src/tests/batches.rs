@@ -8,7 +8,7 @@ use super::*;
 use crate::artifacts::{ArchiveRow, BuiltScene};
 use crate::batches::{
     BatchCancelOutcome, BatchFilter, BatchRetryOutcome, FeedRules, ItemContent, NewBatch, NewItem,
-    OutputKind, PublishOutcome,
+    OutputKind, PublishOutcome, RecipeRest, RestCounts,
 };
 use crate::calls::{CallEnd, Reservation};
 use crate::jobs::{JobFilter, RetryOutcome};
@@ -344,4 +344,68 @@ pub(super) async fn a_batch_leaves_half_of_the_queue_to_others(place: Place) {
     work(store, built(true)).await;
     store.feed_batch(&id, narrow).await.expect("feeds");
     assert_eq!(store.job_counts().await.expect("counts")[0].1, 5, "one more for the one that ended");
+}
+
+pub(super) async fn requests_of_a_recipe_get_their_items_once_and_stop_with_their_batch(place: Place) {
+    let store = place.store();
+    let id = store.begin_batch(new_batch()).await.expect("begins");
+    store.append_items(&id, (1..=4).map(item).collect()).await.expect("stores");
+    let rest_counts = RestCounts { pending: 5, duplicate: 1, invalid: 0 };
+    let rest = RecipeRest { recipe: "{}".into(), first_place: 5, counts: rest_counts };
+    store.keep_recipe(&id, rest.clone()).await.expect("stores");
+    assert_eq!(store.recipe_to_expand(&id, 9).await.expect("reads"), None, "it is being received");
+    assert_eq!(store.publish_batch(&id).await.expect("publishes"), PublishOutcome::Published);
+    let expected = RequestCounts { total: 10, pending: 9, duplicate: 1, ..RequestCounts::default() };
+    assert_eq!(counts(store, &id).await, expected, "requests without rows count as well");
+
+    assert_eq!(store.recipe_to_expand(&id, 4).await.expect("reads"), None, "enough items wait");
+    assert_eq!(store.recipe_to_expand(&id, 5).await.expect("reads"), Some(rest.clone()));
+    let again = OutputError::new("duplicate_request", "the same").on_line(6);
+    let duplicate = ItemContent::Duplicate { of: "item_1".into(), error: again };
+    let group =
+        vec![item(5), NewItem { place: 6, custom_id: Some("again".into()), content: duplicate }, item(7)];
+    // Processes expand the same recipe at once: one of them gives the rows.
+    let expansions: Vec<_> = (0..6)
+        .map(|index| {
+            let (store, id, rest, group) = (place.handle(index), id.clone(), rest.clone(), group.clone());
+            tokio::spawn(async move { store.expand_recipe(&id, rest, group, false).await })
+        })
+        .collect();
+    let mut won = 0;
+    for expansion in expansions {
+        won += u32::from(expansion.await.expect("runs").expect("expands"));
+    }
+    assert_eq!((won, counts(store, &id).await), (1, expected));
+    let rest = store.recipe_to_expand(&id, 9).await.expect("reads").expect("three are left");
+    assert_eq!(rest.first_place, 8);
+    assert_eq!(rest.counts, RestCounts { pending: 3, duplicate: 0, invalid: 0 });
+
+    // The items have ended, and requests without rows keep the batch running.
+    feed(store, &id, 9).await;
+    for _ in 0..6 {
+        work(store, built(true)).await;
+    }
+    feed(store, &id, 9).await;
+    assert_eq!(state(store, &id).await, BatchState::Running);
+    store.cancel_batch(&DEFAULT_TENANT, &id).await.expect("cancels");
+    feed(store, &id, 9).await;
+    assert_eq!(state(store, &id).await, BatchState::Cancelled);
+    let stopped =
+        RequestCounts { total: 10, succeeded: 6, duplicate: 1, cancelled: 3, ..RequestCounts::default() };
+    assert_eq!(counts(store, &id).await, stopped);
+    assert_eq!(store.recipe_to_expand(&id, 9).await.expect("reads"), None);
+    assert!(!store.expand_recipe(&id, rest.clone(), vec![item(8)], false).await.expect("answers"));
+
+    let retried = store.retry_batch(&DEFAULT_TENANT, &id, None).await.expect("retries");
+    assert_eq!(retried, BatchRetryOutcome::Accepted(3));
+    assert!(store.expand_recipe(&id, rest, (8..=10).map(item).collect(), true).await.expect("expands"));
+    assert_eq!(store.recipe_to_expand(&id, 9).await.expect("reads"), None, "nothing is left");
+    feed(store, &id, 9).await;
+    for _ in 0..3 {
+        work(store, built(true)).await;
+    }
+    feed(store, &id, 9).await;
+    assert_eq!(state(store, &id).await, BatchState::Finished);
+    let done = RequestCounts { total: 10, succeeded: 9, duplicate: 1, ..RequestCounts::default() };
+    assert_eq!(counts(store, &id).await, done);
 }

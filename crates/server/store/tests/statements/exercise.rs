@@ -8,7 +8,9 @@ use batches::{BatchState, OutputError};
 use scene::{BatchId, DatasetId, JobId, MicroUsd, RecordingId, SceneId};
 use serde_json::json;
 use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
-use store::batches::{BatchFilter, FeedRules, ItemContent, NewBatch, NewItem, OutputKind};
+use store::batches::{
+    BatchFilter, FeedRules, ItemContent, NewBatch, NewItem, OutputKind, RecipeRest, RestCounts,
+};
 use store::calls::{CallEnd, NewCall, Reservation};
 use store::checkpoints::{Checkpoint, StageKey};
 use store::datasets::{
@@ -253,7 +255,13 @@ async fn batches_of_requests(store: &Store) {
     let id = store.begin_batch(new()).await.unwrap();
     let invalid = ItemContent::Invalid(OutputError::new("invalid", "is invalid"));
     store.append_items(&id, vec![item(1, request()), item(2, request()), item(3, invalid)]).await.unwrap();
+    let counts = RestCounts { pending: 2, ..RestCounts::default() };
+    store.keep_recipe(&id, RecipeRest { recipe: "{}".into(), first_place: 4, counts }).await.unwrap();
     store.publish_batch(&id).await.unwrap();
+    for place in [4, 5] {
+        let rest = store.recipe_to_expand(&id, 9).await.unwrap().unwrap();
+        assert!(store.expand_recipe(&id, rest, vec![item(place, request())], place == 5).await.unwrap());
+    }
     let repeated = store.begin_batch(new()).await.unwrap();
     store.publish_batch(&repeated).await.unwrap();
     let discarded = store.begin_batch(NewBatch { idempotency_key: None, ..new() }).await.unwrap();

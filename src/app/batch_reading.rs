@@ -4,19 +4,19 @@ use std::io::Cursor;
 
 use serde::de::IgnoredAny;
 
-use crate::app::App;
+use super::App;
 use crate::problem::{FieldError, Problem, ProblemType};
 use ::batches::{BatchRequest, LineReader, OutputError, Recipe, Registry};
 use scene::{Input, MicroUsd, SceneRequest};
 use serde_json::json;
-use store::batches::{ItemContent, NewItem};
+use store::batches::{ItemContent, NewItem, RecipeRest};
 
 /// Largest recipe. It is short, however many requests it makes; its values are in memory together.
 const MAX_RECIPE_BYTES: usize = 2 << 20;
 
 /// Kind of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum BodyKind {
+pub enum BodyKind {
     /// One request per line.
     Lines,
     /// A recipe that expands to requests.
@@ -25,7 +25,7 @@ pub(super) enum BodyKind {
 
 impl BodyKind {
     /// The kind of a media type.
-    pub(super) fn of(media_type: &str) -> Result<Self, Problem> {
+    pub fn of(media_type: &str) -> Result<Self, Problem> {
         match media_type {
             "application/jsonl" | "application/x-ndjson" | "application/x-jsonlines" => Ok(Self::Lines),
             "application/json" => Ok(Self::Recipe),
@@ -39,17 +39,18 @@ impl BodyKind {
 }
 
 /// Reads requests and checks them.
-pub(super) struct Reader {
-    pub(super) app: App,
+#[derive(Clone, Debug)]
+pub struct BatchReader {
+    pub app: App,
 }
 
-impl Reader {
+impl BatchReader {
     /// Gives every request of the body to `take`, until that returns `false`.
     ///
     /// # Errors
     ///
     /// A [`Problem`] for a recipe that will not do, and for a body of no request or of too many.
-    pub(super) fn read(
+    pub fn read(
         &self,
         kind: BodyKind,
         body: &[u8],
@@ -100,6 +101,33 @@ impl Reader {
             return Err(Problem::invalid(vec![FieldError::new("", detail)]));
         }
         Ok(())
+    }
+
+    /// The next requests of a recipe, at most `limit`, and whether they are the last. Those before are made and checked
+    /// again, as a request may ask for the scene of an earlier one; 100,000 take about two seconds.
+    pub fn expand(&self, rest: &RecipeRest, limit: usize) -> (Vec<NewItem>, bool) {
+        let recipe = match Recipe::parse(rest.recipe.as_bytes()) {
+            Ok(recipe) => recipe,
+            // Another version of the program has accepted it.
+            Err(errors) => {
+                let error = OutputError::new("invalid_request", errors.to_string());
+                let content = ItemContent::Invalid(error.on_line(rest.first_place));
+                return (vec![NewItem { place: rest.first_place, custom_id: None, content }], true);
+            }
+        };
+        let mut registry = Registry::default();
+        let mut items = Vec::new();
+        for (place, request) in (1..).zip(recipe.requests()) {
+            if items.len() == limit {
+                return (items, false);
+            }
+            let custom_id = Some(request.custom_id.clone());
+            let content = self.content(&mut registry, place, request);
+            if place >= rest.first_place {
+                items.push(NewItem { place, custom_id, content });
+            }
+        }
+        (items, true)
     }
 
     /// Settings that the configuration does not accept would make each request with them invalid.
