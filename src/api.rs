@@ -18,6 +18,7 @@ mod json_outline;
 mod data_uri;
 pub mod scenes;
 mod accepted;
+mod idempotency;
 mod enqueue;
 mod parent;
 pub mod edits;
@@ -295,5 +296,5 @@ fn router_of(api: Api, serves: impl Fn(&str) -> bool) -> Router {
         .fold(Router::new(), |router, route| router.route(route.path, route.handler))
         .fallback(error::no_such_route)
         .method_not_allowed_fallback(error::method_not_allowed);
-    layers::around(admission::around(router, &api), &api).with_state(api)
+    layers::around(admission::around(idempotency::around(router, &api), &api), &api).with_state(api)
 }

@@ -15,8 +15,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::accepted::accepted_at;
-use super::enqueue::IdempotencyKey;
 use super::extract::{JsonRequest, OptionalJsonBody, PathId, TenantApi};
+use super::idempotency::{IdempotencyKey, KeyScope, scoped};
 use super::query::{Page, PageSize, PageToken, Parameters};
 use crate::problem::{Problem, ProblemType};
 use crate::schemas::values::BatchBudget;
@@ -36,7 +36,8 @@ pub async fn submit(
     IdempotencyKey(idempotency_key): IdempotencyKey,
     request: Request,
 ) -> Result<Response, Problem> {
-    let id = receive::receive(&api, parameters, idempotency_key, request).await?;
+    let key = scoped(&api, KeyScope::Batch, idempotency_key.as_deref());
+    let id = receive::receive(&api, parameters, key, request).await?;
     accepted(&api, &id).await
 }
 

@@ -1,4 +1,5 @@
-//! Bodies of requests on their way in: within a size, a total time, a minimum rate and the memory of all bodies.
+//! Bodies of requests on their way in: not encoded, within a size, a total time, a minimum rate and the memory of all
+//! bodies.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -24,6 +25,9 @@ const INITIAL_CAPACITY: usize = 64 << 10;
 const MAX_DISCARDED_BYTES: usize = 64 << 20;
 const MAX_DISCARD_TIME: Duration = Duration::from_secs(2);
 
+/// Code of the refusal of a body with a `Content-Encoding`.
+pub(super) const ENCODED_BODY: &str = "content_encoding";
+
 /// A body that is being read.
 pub struct BodyReader {
     body: Body,
@@ -31,6 +35,8 @@ pub struct BodyReader {
     received_bytes: usize,
     /// Length that the header promises.
     promised_bytes: Option<usize>,
+    /// Whether the header says that the bytes are compressed, or encoded otherwise.
+    is_encoded: bool,
     memory: Reservation,
     timeout: Duration,
     deadline: Instant,
@@ -65,7 +71,12 @@ impl BodyReader {
     /// A reader of the body of a request, of at most `max_bytes`.
     pub fn new(api: &Api, parts: &Parts, body: Body, max_bytes: usize) -> Self {
         let connection = parts.extensions.get::<Arc<Connection>>().cloned();
-        Self { connection, promised_bytes: content_length(&parts.headers), ..Self::of(api, body, max_bytes) }
+        Self {
+            connection,
+            promised_bytes: content_length(&parts.headers),
+            is_encoded: is_encoded(&parts.headers),
+            ..Self::of(api, body, max_bytes)
+        }
     }
 
     /// A reader of a body whose request is not known.
@@ -80,6 +91,7 @@ impl BodyReader {
             max_bytes,
             received_bytes: 0,
             promised_bytes: None,
+            is_encoded: false,
             memory: api.body_memory.reservation(),
             timeout,
             deadline: now + timeout,
@@ -92,8 +104,13 @@ impl BodyReader {
     ///
     /// # Errors
     ///
-    /// A [`Problem`] where the body is too large, too slow or incomplete, or the memory is used up.
+    /// A [`Problem`] where the body is encoded, too large, too slow or incomplete, or the memory is used up.
     pub async fn next(&mut self) -> Result<Option<Bytes>, Problem> {
+        if self.is_encoded {
+            let detail = "send the body as it is: this server takes no Content-Encoding but identity";
+            let problem = Problem::new(ProblemType::UnsupportedMediaType, ENCODED_BODY, detail);
+            return Err(self.refuse(problem).await);
+        }
         if self.promised_bytes.is_some_and(|bytes| bytes > self.max_bytes) {
             return Err(self.refuse(self.too_large()).await);
         }
@@ -202,4 +219,13 @@ impl BodyReader {
 
 fn content_length(headers: &HeaderMap) -> Option<usize> {
     headers.get(header::CONTENT_LENGTH)?.to_str().ok()?.parse().ok()
+}
+
+/// Whether a body has a coding other than `identity`; what cannot be read is one.
+fn is_encoded(headers: &HeaderMap) -> bool {
+    let codings = headers.get_all(header::CONTENT_ENCODING).into_iter();
+    codings.flat_map(|codings| codings.to_str().unwrap_or("unreadable").split(',')).any(|coding| {
+        let coding = coding.trim();
+        !coding.is_empty() && !coding.eq_ignore_ascii_case("identity")
+    })
 }

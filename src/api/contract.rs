@@ -49,7 +49,8 @@ fn info() -> Value {
             is stable and finer, `detail` says what to change, `errors` points into the body. Every response carries \
             `x-request-id`.\n\n\
             Every object of this document names all of its fields, and every number states its range. New fields may be \
-            added to answers; requests with unknown fields are refused. In requests, null means the same as absent.",
+            added to answers; requests with unknown fields are refused. In requests, null means the same as absent. \
+            Bodies of requests are sent as they are: a `Content-Encoding` other than `identity` is refused with 415.",
         "license": { "name": "Apache-2.0", "identifier": "Apache-2.0" },
     })
 }

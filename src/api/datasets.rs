@@ -16,8 +16,8 @@ use serde_json::json;
 
 use super::accepted::accepted_at;
 use super::download::{Content, Download, respond};
-use super::enqueue::IdempotencyKey;
 use super::extract::{JsonBody, PathId, PathName, TenantApi};
+use super::idempotency::{IdempotencyKey, KeyScope, scoped};
 use super::pieces::{self, Piece};
 use super::query::{Page, PageSize, PageToken, Parameters};
 use crate::problem::{Problem, ProblemType};
@@ -46,7 +46,7 @@ pub async fn submit(
         body_digest: Digest::of(format!("{name} {request}").as_bytes()),
         name,
         request,
-        idempotency_key,
+        idempotency_key: scoped(&api, KeyScope::Dataset, idempotency_key.as_deref()),
     };
     match api.store.submit_dataset(new).await? {
         SubmitDatasetOutcome::Created(id) | SubmitDatasetOutcome::Replayed(id) => accepted(&api, &id).await,

@@ -12,6 +12,7 @@ use axum::response::{IntoResponse, Response};
 
 use super::Api;
 use super::extract::TenantApi;
+use super::idempotency::{KeyScope, idempotency_key, scoped};
 use super::scenes::{find, latest_job};
 use super::views::{JobView, SceneView};
 use crate::app::submission::Submission;
@@ -41,28 +42,6 @@ impl FromRequestParts<Api> for Delivery {
     }
 }
 
-/// The header `Idempotency-Key` alone.
-pub struct IdempotencyKey(pub(super) Option<String>);
-
-impl FromRequestParts<Api> for IdempotencyKey {
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, _: &Api) -> Result<Self, Problem> {
-        idempotency_key(&parts.headers).map(Self)
-    }
-}
-
-/// The header `Prefer` alone: the longest time that the client waits for the answer.
-pub struct Wait(pub(super) Option<Duration>);
-
-impl FromRequestParts<Api> for Wait {
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, api: &Api) -> Result<Self, Problem> {
-        Ok(Self(preferred_wait(&parts.headers, api.settings.max_wait_secs)))
-    }
-}
-
 /// Enqueues a submission, waits as long as the client prefers, and answers with the scene.
 ///
 /// # Errors
@@ -74,7 +53,8 @@ pub(super) async fn enqueue(
     delivery: Delivery,
 ) -> Result<Response, Problem> {
     let Delivery { idempotency_key, wait } = delivery;
-    let Enqueued { scene_id, rows } = match enqueue_one(api, submission, idempotency_key).await? {
+    let key = scoped(api, KeyScope::Scene, idempotency_key.as_deref());
+    let Enqueued { scene_id, rows } = match enqueue_one(api, submission, key).await? {
         Ok(enqueued) => enqueued,
         Err(full) => return Ok(queue_full(full)),
     };
@@ -116,7 +96,7 @@ pub(super) struct Enqueued {
     rows: Option<Box<NewRows>>,
 }
 
-/// Enqueues a submission. Inner `Err` where the queue has no room.
+/// Enqueues a submission; the key has its scope. Inner `Err` where the queue has no room.
 ///
 /// # Errors
 ///
@@ -156,25 +136,6 @@ pub(super) fn queue_full(full: QueueFull) -> Response {
     let mut response = Problem::new(ProblemType::TooManyRequests, "queue_full", detail).into_response();
     response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(full.retry_after_secs));
     response
-}
-
-/// The idempotency key of a request, if it has one.
-///
-/// # Errors
-///
-/// A [`Problem`] for a key of another form.
-fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
-    let Some(key) = headers.get("idempotency-key") else { return Ok(None) };
-    let key = key.to_str().ok().filter(|key| {
-        (1..=255).contains(&key.len()) && key.bytes().all(|byte| (0x21..=0x7e).contains(&byte))
-    });
-    key.map(|key| Some(key.to_owned())).ok_or_else(|| {
-        Problem::new(
-            ProblemType::MalformedRequest,
-            "invalid_idempotency_key",
-            "Idempotency-Key has 1 to 255 visible ASCII characters, such as a UUID",
-        )
-    })
 }
 
 /// `Prefer: wait=N`; what cannot be understood is ignored, as preferences are.

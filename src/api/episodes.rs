@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 
 use super::accepted::accepted_at;
 use super::admission::overloaded;
-use super::enqueue::IdempotencyKey;
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
+use super::idempotency::{IdempotencyKey, KeyScope, scoped};
 use super::parent;
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters};
 use crate::app::episodes::draft::EpisodesDraft;
@@ -59,7 +59,7 @@ pub async fn submit(
         bundle: bundle.digest,
         wanted: order.count,
         max_attempts: order.max_attempts,
-        idempotency_key,
+        idempotency_key: scoped(&api, KeyScope::Recording, idempotency_key.as_deref()),
     };
     match api.store.submit_recording(new).await? {
         SubmitRecordingOutcome::Created(id) | SubmitRecordingOutcome::Replayed(id) => {

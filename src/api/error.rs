@@ -3,6 +3,7 @@
 use axum::http::{StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 
+use super::body::ENCODED_BODY;
 use crate::problem::{Problem, ProblemType};
 use store::{Outage, StoreError};
 
@@ -12,6 +13,10 @@ impl IntoResponse for Problem {
         let mut response = status.into_response();
         if matches!(self.kind, ProblemType::Unavailable | ProblemType::TooManyRequests) {
             response.headers_mut().insert(header::RETRY_AFTER, header::HeaderValue::from_static("5"));
+        }
+        if self.code == ENCODED_BODY {
+            let plain = header::HeaderValue::from_static("identity");
+            response.headers_mut().insert(header::ACCEPT_ENCODING, plain);
         }
         response.extensions_mut().insert(self);
         response

@@ -11,14 +11,16 @@ use serde::Deserialize;
 use super::accepted::accepted_at;
 use super::admission::overloaded;
 use super::download::{Content, Download, respond};
-use super::enqueue::{Awaited, Wait, preference_applied, wait_for};
+use super::enqueue::{Awaited, Delivery, preference_applied, wait_for};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
+use super::idempotency::{KeyScope, scoped};
 use super::query::Parameters;
 use super::{jobs, parent};
 use crate::app::executions::order::{ExecutionDraft, ExecutionFormat};
 use crate::problem::{Problem, ProblemType};
 use scene::{JobId, SceneId};
-use store::executions::NewExecution;
+use store::Digest;
+use store::executions::{NewExecution, SubmitExecutionOutcome};
 use store::jobs::JobRow;
 use store::lifecycle::{FailureClass, JobState};
 
@@ -41,19 +43,26 @@ pub async fn submit(
     api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Parameters(ExecutionParameters { format }): Parameters<ExecutionParameters>,
-    Wait(wait): Wait,
+    Delivery { idempotency_key, wait }: Delivery,
     JsonBody { value: draft, memory: _memory }: JsonBody<ExecutionDraft>,
 ) -> Result<Response, Problem> {
     let order = draft.checked(format, api.settings.max_text_chars)?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let bundle = parent::bundle_of(&api, &scene_id, true).await?;
+    let request = order.stored();
+    let body_digest = Digest::of(format!("{scene_id} {request}").as_bytes());
     let new = NewExecution {
         tenant_id: api.tenant_id.clone(),
         scene_id,
-        request: order.stored(),
+        request,
         bundle: bundle.digest,
+        idempotency: scoped(&api, KeyScope::Execution, idempotency_key.as_deref())
+            .map(|key| (key, body_digest)),
     };
-    let job_id = api.store.submit_execution(new).await?;
+    let job_id = match api.store.submit_execution(new).await? {
+        SubmitExecutionOutcome::Created(job_id) | SubmitExecutionOutcome::Replayed(job_id) => job_id,
+        SubmitExecutionOutcome::KeyReused => return Err(Problem::key_reused("execution")),
+    };
     let Some(wait) = wait else { return accepted(&api, &job_id).await };
     wait_for(&api, Awaited::Job(&job_id), wait).await?;
     let job = jobs::find(&api, &job_id).await?;

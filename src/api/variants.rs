@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use super::admission::overloaded;
 use super::edits::EditOptions;
-use super::enqueue::{IdempotencyKey, enqueue_one, queue_full};
+use super::enqueue::{enqueue_one, queue_full};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
+use super::idempotency::{IdempotencyKey, KeyScope, scoped};
 use super::parent;
 use super::query::{NoParameters, Parameters, Time};
 use super::scene_body::terms;
@@ -161,7 +162,7 @@ async fn enqueue_all(
     let mut view = VariantsView { parent, seed, randomize, remaining: submissions.len(), scenes: Vec::new() };
     let mut retry_after_secs = None;
     for (index, submission) in submissions.into_iter().enumerate() {
-        let key = idempotency_key.as_ref().map(|key| format!("{key}/{index}"));
+        let key = scoped(api, KeyScope::Variant(index), idempotency_key.as_deref());
         let seed = submission.request.seed;
         match enqueue_one(api, submission.child_of(view.parent.clone()), key).await? {
             Ok(enqueued) => {

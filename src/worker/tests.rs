@@ -10,7 +10,7 @@ use crate::config::{Sources, layers};
 use crate::pipeline::error::StageError;
 use scene::{DatasetId, RecordingId};
 use store::datasets::{FrozenVersion, NewDataset, SubmitDatasetOutcome};
-use store::executions::NewExecution;
+use store::executions::{NewExecution, SubmitExecutionOutcome};
 use store::lifecycle::JobState;
 use store::queue::AttemptOutcome;
 use store::recordings::{MadeAttempt, NewRecording, SubmitRecordingOutcome};
@@ -116,8 +116,12 @@ impl TestQueue {
             JobKind::ExecuteTask => {
                 let scene_id = "scene".parse().expect("an id");
                 let (tenant_id, request) = (DEFAULT_TENANT.clone(), json!({ "version": 1 }));
-                let new = NewExecution { tenant_id, scene_id, request, bundle: Digest::of(b"bundle") };
-                return self.store.submit_execution(new).await.expect("submits");
+                let (bundle, idempotency) = (Digest::of(b"bundle"), None);
+                let new = NewExecution { tenant_id, scene_id, request, bundle, idempotency };
+                match self.store.submit_execution(new).await.expect("submits") {
+                    SubmitExecutionOutcome::Created(job_id) => return job_id,
+                    other => panic!("{other:?}"),
+                }
             }
             JobKind::AssembleRecording => {
                 self.recording().await;

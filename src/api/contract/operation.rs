@@ -12,8 +12,9 @@ use serde_json::{Map, Value, json};
 
 use super::apply_rules;
 use crate::api::Api;
-use crate::api::enqueue::{Delivery, IdempotencyKey, Wait};
+use crate::api::enqueue::Delivery;
 use crate::api::extract::{JsonBody, JsonRequest, OptionalJsonBody, PathId, PathName, ResourceId, TenantApi};
+use crate::api::idempotency::IdempotencyKey;
 use crate::api::query::Parameters;
 use crate::api::serve::connection::Connection;
 use crate::schemas::not_null;
@@ -307,12 +308,6 @@ impl<T: JsonSchema> Describe for Parameters<T> {
 impl Describe for Delivery {
     fn describe(operation: &mut Operation<'_>) {
         IdempotencyKey::describe(operation);
-        Wait::describe(operation);
-    }
-}
-
-impl Describe for Wait {
-    fn describe(operation: &mut Operation<'_>) {
         operation.header(
             "Prefer",
             "`wait=N` answers when the job has ended, or after N seconds (at most 60).",
@@ -325,7 +320,9 @@ impl Describe for IdempotencyKey {
     fn describe(operation: &mut Operation<'_>) {
         operation.header(
             "Idempotency-Key",
-            "The same key with the same body (within 24 hours) makes one scene, however often it is sent.",
+            "The same key with the same body (within 24 hours) makes one scene, however often it is sent. Each kind of \
+             operation has keys of its own. A key of another form, and several headers, are refused with 400 by \
+             every route.",
             &json!({ "type": "string", "minLength": 1, "maxLength": 255, "pattern": "^[!-~]+$" }),
         );
     }

@@ -129,8 +129,69 @@ async fn the_same_key_makes_one_scene() {
     assert_eq!(other_body.problem(), (422, "idempotency_key_reused".into()));
     let other_key = send(json!({ "text": "a mug" }), "k2").await.json();
     assert_ne!(other_key["id"], first["id"]);
-    let bad = server.call(Method::POST, "/scenes", &[("idempotency-key", "two words")], "{}").await;
-    assert_eq!(bad.problem(), (400, "invalid_idempotency_key".into()));
+}
+
+#[tokio::test]
+async fn a_key_of_a_wrong_form_is_refused_by_every_route() {
+    let server = Server::start(&Script::new(&[])).await;
+    let (scene, job) = server.submit("a mug").await;
+    let wrong: [&[(&str, &str)]; 4] = [
+        &[("idempotency-key", "two words")],
+        &[("idempotency-key", "")],
+        &[("idempotency-key", "a"), ("idempotency-key", "a")],
+        &[("idempotency-key", "a"), ("idempotency-key", "b")],
+    ];
+    for (method, path) in [
+        (Method::POST, "/scenes".to_owned()),
+        (Method::POST, "/scenes/validate".to_owned()),
+        (Method::POST, format!("/scenes/{scene}/edits")),
+        (Method::POST, format!("/scenes/{scene}/variants")),
+        (Method::POST, format!("/scenes/{scene}/executions")),
+        (Method::POST, format!("/scenes/{scene}/episodes")),
+        (Method::POST, "/batches".to_owned()),
+        (Method::POST, "/datasets".to_owned()),
+        (Method::POST, format!("/jobs/{job}/cancel")),
+        (Method::DELETE, format!("/scenes/{scene}")),
+        (Method::GET, "/scenes".to_owned()),
+    ] {
+        for keys in wrong {
+            let headers = [&[("content-type", "application/json")][..], keys].concat();
+            let reply = server.call(method.clone(), &path, &headers, "{}").await;
+            assert_eq!(reply.problem(), (400, "invalid_idempotency_key".into()), "{method} {path} {keys:?}");
+        }
+    }
+    assert_eq!(server.get(&format!("/scenes/{scene}")).await.status, 200, "nothing was done");
+}
+
+#[tokio::test]
+async fn encoded_bodies_are_refused_in_every_form() {
+    let server = Server::start(&Script::new(&[])).await;
+    let json = json!({ "text": "a mug" }).to_string();
+    let line = json!({ "custom_id": "a", "body": { "text": "a mug" } }).to_string();
+    let form =
+        "--x\r\ncontent-disposition: form-data; name=\"request\"\r\n\r\n{\"text\": \"a mug\"}\r\n--x--\r\n";
+    for (path, kind, body) in [
+        ("/scenes", "application/json", json.as_str()),
+        ("/scenes", "multipart/form-data; boundary=x", form),
+        ("/scenes/validate", "application/json", &json),
+        ("/batches", "application/jsonl", &line),
+        ("/datasets", "application/json", "{}"),
+    ] {
+        for coding in ["gzip", "br", "identity, gzip", "x-unknown"] {
+            let headers = [("content-type", kind), ("content-encoding", coding)];
+            let reply = server.call(Method::POST, path, &headers, body.to_owned()).await;
+            assert_eq!(reply.problem(), (415, "content_encoding".into()), "{path} {kind} {coding}");
+            assert_eq!(reply.header("accept-encoding"), "identity");
+        }
+    }
+    for coding in ["identity", "Identity", ""] {
+        let headers = [("content-type", "application/json"), ("content-encoding", coding)];
+        assert_eq!(
+            server.call(Method::POST, "/scenes", &headers, json.clone()).await.status,
+            202,
+            "{coding}"
+        );
+    }
 }
 
 #[tokio::test]

@@ -86,6 +86,14 @@ async fn the_same_key_names_the_same_variants() {
     let other = json!({ "count": 2, "randomize": { "layout": true } }).to_string();
     let reused = server.call(Method::POST, &path, &headers, other).await;
     assert_eq!(reused.problem(), (422, "idempotency_key_reused".into()));
+    // The keys of clients are none of those by which variants are kept apart, nor are those of other requests.
+    for key in ["k1/0", "k1/1", "variant/0", "k1"] {
+        let headers = [("content-type", "application/json"), ("idempotency-key", key)];
+        let scene = json!({ "text": "a bowl" }).to_string();
+        let reply = server.call(Method::POST, "/scenes", &headers, scene).await;
+        assert_eq!(reply.status, 202, "{key}: {reply:?}");
+    }
+    assert_eq!(children(&server, &parent).await, 2);
 }
 
 #[tokio::test]

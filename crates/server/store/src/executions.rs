@@ -20,6 +20,18 @@ pub struct NewExecution {
     pub request: Value,
     /// The blob of the scene's archive.
     pub bundle: Digest,
+    /// The client's idempotency key, and a digest of the request.
+    pub idempotency: Option<(String, Digest)>,
+}
+
+/// Result of a submission.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SubmitExecutionOutcome {
+    Created(JobId),
+    /// The key was used before with the same request.
+    Replayed(JobId),
+    /// The key was used before with another request; nothing was enqueued.
+    KeyReused,
 }
 
 /// An execution's row.
@@ -43,17 +55,17 @@ pub struct ExecutionAnswer {
 }
 
 impl Store {
-    /// Enqueues an execution.
+    /// Enqueues an execution, once for each idempotency key.
     #[boxed]
-    pub async fn submit_execution(&self, new: NewExecution) -> Result<JobId, StoreError> {
-        let job_id = self
+    pub async fn submit_execution(&self, new: NewExecution) -> Result<SubmitExecutionOutcome, StoreError> {
+        let submitted = self
             .writer
             .write("enqueue an execution", move |connection| {
                 Box::pin(async move { submit(connection, &new).await })
             })
             .await?;
         self.announce();
-        Ok(job_id)
+        Ok(submitted)
     }
 
     /// An execution of the tenant.
@@ -72,23 +84,53 @@ impl Store {
     }
 }
 
-async fn submit(connection: &mut AnyConnection, new: &NewExecution) -> Result<JobId, StoreError> {
+async fn submit(
+    connection: &mut AnyConnection,
+    new: &NewExecution,
+) -> Result<SubmitExecutionOutcome, StoreError> {
+    if let Some((key, body_digest)) = &new.idempotency
+        && let Some((earlier, earlier_digest)) = by_key(connection, &new.tenant_id, key).await?
+    {
+        return Ok(match earlier_digest == body_digest.as_str() {
+            true => SubmitExecutionOutcome::Replayed(earlier),
+            false => SubmitExecutionOutcome::KeyReused,
+        });
+    }
     let now = database::now_ms(connection).await?;
     let columns = QueueColumns::of_new(None, &new.request, now);
     let job =
         NewJob::new(&new.tenant_id, JobKind::ExecuteTask, JobSubject::Execution(&new.scene_id), columns);
     let job = job.insert(connection, now).await?;
     sqlx::query(
-        "INSERT INTO executions (job_id, tenant_id, scene_id, request, bundle) VALUES ($1, $2, $3, $4, $5)",
+        "INSERT INTO executions (job_id, tenant_id, scene_id, request, bundle, idempotency_key, body_digest)
+         VALUES ($1, $2, $3, $4, $5, $6, $7)",
     )
     .bind(job.id.as_str())
     .bind(new.tenant_id.as_str())
     .bind(new.scene_id.as_str())
     .bind(new.request.to_string())
     .bind(new.bundle.as_str())
+    .bind(new.idempotency.as_ref().map(|(key, _)| key))
+    .bind(new.idempotency.as_ref().map(|(_, digest)| digest.as_str()))
     .execute(connection)
     .await?;
-    Ok(job.id)
+    Ok(SubmitExecutionOutcome::Created(job.id))
+}
+
+/// The execution that a tenant asked for with a key, and the digest of that request.
+async fn by_key(
+    connection: &mut AnyConnection,
+    tenant_id: &TenantId,
+    key: &str,
+) -> Result<Option<(JobId, String)>, StoreError> {
+    let row = sqlx::query(
+        "SELECT job_id, body_digest FROM executions WHERE tenant_id = $1 AND idempotency_key = $2",
+    )
+    .bind(tenant_id.as_str())
+    .bind(key)
+    .fetch_optional(connection)
+    .await?;
+    row.map(|row| Ok((database::id(&row, "executions", "job_id")?, row.try_get("body_digest")?))).transpose()
 }
 
 /// The execution of a claimed job.

@@ -105,6 +105,7 @@ conformance! {
     tenants::queries_of_another_tenant_find_and_change_nothing,
     submissions::one_key_at_once_makes_one_scene,
     submissions::another_body_under_a_key_is_refused,
+    submissions::one_key_at_once_makes_one_execution_of_each_tenant,
     submissions::lists_filter_by_state_label_and_age_newest_first,
     submissions::a_dropped_caller_leaves_a_whole_submission,
     lists::jobs_are_listed_by_state_kind_scene_and_age_newest_first,

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::super::artifacts::{ArchiveRow, BuiltScene, FileRow};
 use super::super::checkpoints::{Checkpoint, StageKey};
-use super::super::executions::{ExecutionAnswer, NewExecution};
+use super::super::executions::{ExecutionAnswer, NewExecution, SubmitExecutionOutcome};
 use super::super::queue::{AttemptOutcome, Scope};
 use super::super::scenes::{NewScene, SubmitOutcome};
 use super::super::{BlobPlace, DEFAULT_TENANT, DatabaseAddress, Intent, Settings};
@@ -254,8 +254,11 @@ async fn answers_of_executions_stay_for_their_time((_directory, store): Opened) 
         scene_id: "scene".parse().expect("an id"),
         request: json!({ "version": 1 }),
         bundle,
+        idempotency: None,
     };
-    let id = store.submit_execution(new).await.expect("submits");
+    let SubmitExecutionOutcome::Created(id) = store.submit_execution(new).await.expect("submits") else {
+        panic!("there is no key")
+    };
     let settings = RetentionSettings { intermediate_hours: 48, ..retention() };
     assert_eq!(
         sweep(&store, &settings).await.kept.blobs,

@@ -4,7 +4,7 @@ use super::datasets::{dataset_of, file, freezing, frozen, submitted_dataset};
 use super::recordings::{Attempt, assembly, attempt_of, episode_lost, keep, made, new_recording, recording};
 use super::*;
 use crate::datasets::DatasetState;
-use crate::executions::{ExecutionAnswer, NewExecution};
+use crate::executions::{ExecutionAnswer, NewExecution, SubmitExecutionOutcome};
 use crate::queue::{AttemptOutcome, BackgroundWork};
 use crate::recordings::{RecordingState, SubmitRecordingOutcome};
 use scene::{DatasetId, RecordingId};
@@ -72,8 +72,12 @@ pub(super) async fn a_success_of_any_kind_has_an_event(place: Place) {
         scene_id: "scene".parse().expect("an id"),
         request: json!({ "version": 1 }),
         bundle: Digest::of(b"bundle"),
+        idempotency: None,
     };
-    let executed = store.submit_execution(execution).await.expect("submits");
+    let SubmitExecutionOutcome::Created(executed) = store.submit_execution(execution).await.expect("submits")
+    else {
+        panic!("there is no key")
+    };
     let scope = Scope::Job(executed);
     let execution =
         store.claim("a", LEASE, MAX_DEATHS, &scope).await.expect("answers").expect("it waits").lease;

@@ -1,6 +1,7 @@
 //! Submissions and lists of scenes.
 
 use super::*;
+use crate::executions::{NewExecution, SubmitExecutionOutcome};
 use crate::lifecycle::SceneState;
 use crate::scenes::SceneFilter;
 
@@ -36,6 +37,34 @@ pub(super) async fn another_body_under_a_key_is_refused(place: Place) {
     assert_eq!(store.submit(with_key("key", "another")).await.expect("answers"), SubmitOutcome::KeyReused);
     let other_key = store.submit(with_key("other", "another")).await.expect("submits");
     assert!(matches!(other_key, SubmitOutcome::Created { .. }));
+}
+
+pub(super) async fn one_key_at_once_makes_one_execution_of_each_tenant(place: Place) {
+    let new = |tenant: &str, body: &[u8]| NewExecution {
+        tenant_id: tenant.parse().expect("an id"),
+        scene_id: "scene".parse().expect("an id"),
+        request: json!({ "version": 1 }),
+        bundle: Digest::of(b"bundle"),
+        idempotency: Some(("key".to_owned(), Digest::of(body))),
+    };
+    let submissions: Vec<_> = (0..20)
+        .map(|index| {
+            let (store, new) = (place.handle(index), new(["a", "b"][index / 10], b"body"));
+            tokio::spawn(async move { store.submit_execution(new).await })
+        })
+        .collect();
+    let (mut created, mut replayed) = (Vec::new(), Vec::new());
+    for submission in submissions {
+        match submission.await.expect("runs").expect("submits") {
+            SubmitExecutionOutcome::Created(job_id) => created.push(job_id),
+            SubmitExecutionOutcome::Replayed(job_id) => replayed.push(job_id),
+            other => panic!("the body is the same: {other:?}"),
+        }
+    }
+    assert_eq!((created.len(), replayed.len()), (2, 18));
+    assert!(replayed.iter().all(|job_id| created.contains(job_id)));
+    let other = place.store().submit_execution(new("a", b"another")).await.expect("answers");
+    assert_eq!(other, SubmitExecutionOutcome::KeyReused);
 }
 
 pub(super) async fn lists_filter_by_state_label_and_age_newest_first(place: Place) {

@@ -16,7 +16,7 @@ use store::checkpoints::{Checkpoint, StageKey};
 use store::datasets::{
     DatasetFile, DatasetFilter, DatasetState, FrozenVersion, NewDataset, SubmitDatasetOutcome,
 };
-use store::executions::{ExecutionAnswer, NewExecution};
+use store::executions::{ExecutionAnswer, NewExecution, SubmitExecutionOutcome};
 use store::jobs::JobFilter;
 use store::lifecycle::{Failure, FailureClass, JobKind, JobState, SceneState};
 use store::queue::{AttemptOutcome, Schedule, Scope};
@@ -418,9 +418,13 @@ async fn executions(store: &Store, scene: &SceneId) {
         scene_id: scene.clone(),
         request: json!({ "version": 1 }),
         bundle: Digest::of(b"bundle"),
+        idempotency: Some(("key".into(), Digest::of(b"body"))),
     };
-    let id = store.submit_execution(new()).await.unwrap();
+    let SubmitExecutionOutcome::Created(id) = store.submit_execution(new()).await.unwrap() else {
+        panic!("the key is new")
+    };
     store.submit_execution(new()).await.unwrap();
+    store.submit_execution(NewExecution { idempotency: None, ..new() }).await.unwrap();
     let claim = store.claim("executor", LEASE, 9, &Scope::Job(id.clone())).await.unwrap().unwrap();
     let media_type = "application/json".to_owned();
     let answer = ExecutionAnswer { digest: Digest::of(b"answer"), media_type, size: 6 };
