@@ -30,6 +30,7 @@ pub mod scene_summary;
 pub mod certificate;
 pub mod text_account;
 pub mod dataset;
+mod private_mode;
 pub mod serve;
 pub mod worker;
 pub mod queue;

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::options::ConfigOptions;
 use super::worker::take_jobs;
-use super::{Exit, Failure, block_on, signals, terminal};
+use super::{Exit, Failure, block_on, private_mode, signals, terminal};
 use crate::app::{self, telemetry};
 use crate::service;
 use crate::service::role::Role;
@@ -33,6 +33,7 @@ pub struct Arguments {
 /// Runs the server.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let Arguments { listen, allow_unauthenticated, data_dir, role, options } = arguments;
+    private_mode::keep_private();
     let key = if role == Role::Worker { "worker.listen" } else { "server.listen" };
     let listen = listen.map(|address| (key.to_owned(), address, "--listen"));
     let allowed = allow_unauthenticated

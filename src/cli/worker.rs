@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::options::ConfigOptions;
-use super::{Exit, Failure, block_on, number, signals, terminal};
+use super::{Exit, Failure, block_on, number, private_mode, signals, terminal};
 use crate::app::config::Resolved;
 use crate::app::{self, telemetry};
 use crate::service;
@@ -30,6 +30,7 @@ pub struct Arguments {
 /// Takes jobs until SIGTERM or Ctrl-C.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let Arguments { slots, listen, data_dir, options } = arguments;
+    private_mode::keep_private();
     let slots = slots.map(|slots| ("worker.concurrency".to_owned(), slots.to_string(), "--slots"));
     let listen = listen.map(|address| ("worker.listen".to_owned(), address, "--listen"));
     let resolved = options.load(slots.into_iter().chain(listen).collect())?;

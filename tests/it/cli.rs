@@ -10,5 +10,6 @@ mod foreground;
 mod signals;
 mod batch;
 mod backups;
+mod private_data;
 mod deployment;
 mod telemetry;

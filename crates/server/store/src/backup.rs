@@ -16,7 +16,7 @@ use super::blobs::sweeping::Volume;
 use super::blobs::{Blobs, Read};
 use super::outage::Health;
 use super::retention::{ReferenceKind, for_each_reference};
-use super::{Digest, Settings, Store, StoreError, database};
+use super::{Digest, Settings, Store, StoreError, database, private_files};
 use crate::boxed;
 use sqlx::Connection;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection};
@@ -65,9 +65,11 @@ pub async fn backup(
     database::sqlite_exists(&source)?;
     let blobs = Blobs::open(data_dir, settings, Health::new())?;
     let _no_sweep = blobs.lock_against_sweep().await?;
-    std::fs::create_dir_all(target).map_err(|error| data_dir_error(target, error))?;
+    private_files::whole_directory(target).map_err(|error| data_dir_error(target, error))?;
     let snapshot = target.join(format!("{DATABASE_FILE}.partial"));
     remove_if_there(&snapshot)?;
+    // SQLite writes into an empty file, and leaves its mode.
+    private_files::file(&snapshot).map_err(|error| data_dir_error(&snapshot, error))?;
     copy_database(&source, &snapshot).await?;
     let copies = Blobs::local(&target.join("blobs"), true, Health::new())?;
     let report = copy_blobs(&snapshot, settings, &blobs, &copies, notify).await?;
@@ -100,7 +102,10 @@ pub async fn restore(
     let blobs = Blobs::open(data_dir, settings, Health::new())?;
     let report = copy_blobs(&source, settings, &originals, &blobs, notify).await?;
     let partial = data_dir.join(format!("{DATABASE_FILE}.partial"));
-    std::fs::copy(&source, &partial).map_err(|error| data_dir_error(&partial, error))?;
+    // The copy has the mode of the backup.
+    std::fs::copy(&source, &partial)
+        .and_then(|_| private_files::set(&partial))
+        .map_err(|error| data_dir_error(&partial, error))?;
     rename_durably(&partial, &destination)?;
     Ok(report)
 }

@@ -28,7 +28,7 @@ use object_store::{ObjectStore, ObjectStoreExt};
 use tokio::sync::RwLock;
 
 use super::outage::{Health, Part};
-use super::{BlobPlace, Digest, Settings, StoreError};
+use super::{BlobPlace, Digest, Settings, StoreError, private_files};
 use crate::boxed;
 use s3::{Bucket, S3Settings};
 use verified::VerifiedBlobs;
@@ -90,7 +90,7 @@ impl Blobs {
     ///
     /// [`StoreError::DataDir`] if the directory cannot be created.
     pub(super) fn local(root: &Path, fsync: bool, health: Health) -> Result<Self, StoreError> {
-        std::fs::create_dir_all(root)
+        private_files::whole_directory(root)
             .map_err(|source| StoreError::DataDir { path: root.to_owned(), source })?;
         let files = LocalFileSystem::new_with_prefix(root)
             .map_err(|source| StoreError::Blob { name: root.display().to_string(), doing: "opened", source })?
@@ -136,9 +136,7 @@ impl Blobs {
         let (path, size) = (self.path_of(&digest), bytes.len() as u64);
         let _no_removal = self.removal.read().await;
         let written = match &self.backend {
-            Backend::Files { .. } | Backend::Memory => {
-                self.objects.put(&path, bytes.into()).await.map(|_| ())
-            }
+            Backend::Files { .. } | Backend::Memory => self.put_file(&path, bytes).await,
             Backend::S3 { bucket, refresh_after, .. } => bucket.put(&path, bytes, *refresh_after).await,
         };
         self.noted(&digest, "written", written)?;
@@ -155,10 +153,25 @@ impl Blobs {
     pub(super) async fn probe(&self) -> Result<(), StoreError> {
         let bytes = Bytes::from(vec![0; PROBE_BYTES]);
         let digest = Digest::of(&bytes);
-        let written = self.objects.put(&self.path_of(&digest), bytes.into()).await.map(|_| ());
+        let written = self.put_file(&self.path_of(&digest), bytes).await;
         self.noted(&digest, "written", written)?;
         self.health.succeeded(Part::Blobs);
         Ok(())
+    }
+
+    /// Writes a blob where others may not read it. The library makes directories and files by the umask.
+    async fn put_file(&self, path: &ObjectPath, bytes: Bytes) -> object_store::Result<()> {
+        let Backend::Files { directory } = &self.backend else {
+            return self.objects.put(path, bytes.into()).await.map(|_| ());
+        };
+        let failed =
+            |source: std::io::Error| object_store::Error::Generic { store: "file", source: Box::new(source) };
+        let file = directory.join(path.as_ref());
+        if let Some(folder) = file.parent().filter(|folder| !folder.exists()) {
+            private_files::create(folder).map_err(failed)?;
+        }
+        self.objects.put(path, bytes.into()).await?;
+        private_files::set(&file).map_err(failed)
     }
 
     /// The bytes, or `None` if the blob is missing or does not match its digest.

@@ -13,7 +13,7 @@ use sqlx::sqlite::{
 use sqlx::{AnyConnection, AssertSqlSafe, Connection, Row};
 
 use super::readers::Readers;
-use super::{DatabaseAddress, Settings, StoreError, migrations, postgres};
+use super::{DatabaseAddress, Settings, StoreError, migrations, postgres, private_files};
 use scene::id::InvalidId;
 
 /// The write-ahead log of SQLite shrinks to this after a burst of writes.
@@ -101,6 +101,7 @@ fn sqlite_address(path: &Path, mode: &str) -> Result<AnyConnectOptions, StoreErr
 /// Migrates the SQLite file and opens the writing connection.
 pub(super) async fn sqlite_writer(path: &Path, settings: &Settings) -> Result<AnyConnection, StoreError> {
     sqlx::any::install_default_drivers();
+    private(path)?;
     let opened = |source| StoreError::Sql { doing: "open", source };
     let mut direct = SqliteConnection::connect_with(&sqlite_options(path, settings)).await.map_err(opened)?;
     migrations::SQLITE.run_direct(None, &mut direct, false).await?;
@@ -108,6 +109,21 @@ pub(super) async fn sqlite_writer(path: &Path, settings: &Settings) -> Result<An
     let mut connection = AnyConnection::connect_with(&sqlite_address(path, "rw")?).await.map_err(opened)?;
     sqlx::raw_sql(AssertSqlSafe(pragmas(settings))).execute(&mut connection).await.map_err(opened)?;
     Ok(connection)
+}
+
+/// Makes the file private, which is created if it is missing; SQLite gives its mode to the files beside it.
+fn private(path: &Path) -> Result<(), StoreError> {
+    let failed = |source| StoreError::DataDir { path: path.to_owned(), source };
+    drop(private_files::file(path).map_err(failed)?);
+    for suffix in ["-wal", "-shm"] {
+        let mut beside = path.as_os_str().to_owned();
+        beside.push(suffix);
+        match private_files::closed(Path::new(&beside)) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+            closed => drop(closed.map_err(failed)?),
+        }
+    }
+    Ok(())
 }
 
 /// Opens the connections that read the SQLite file.

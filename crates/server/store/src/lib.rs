@@ -2,7 +2,8 @@
 //!
 //! By default one data directory holds `tabletopgen.sqlite` and `blobs/` (immutable bytes named by their digest). The
 //! settings may name a PostgreSQL database instead of the file, and other places for blobs. Blobs are written and
-//! synced before the row that refers to them; the row is the commit point. One process at a time uses a data
+//! synced before the row that refers to them; the row is the commit point. No other user of the machine may read them
+//! ([`private_files`]). One process at a time uses a data
 //! directory: it holds an exclusive lock on the file `lock` while it runs. Therefore every lease found in a SQLite
 //! file at start belongs to a dead process; in a shared database a lease ends by its time. The store does not
 //! interpret blobs or requests.
@@ -22,6 +23,7 @@ pub mod settings;
 pub mod error;
 pub mod digest;
 pub mod outage;
+mod private_files;
 pub mod blobs;
 mod readers;
 mod list_query;
@@ -58,7 +60,7 @@ pub mod backup;
 #[cfg(all(test, feature = "postgres"))]
 mod tests;
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, TryLockError};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
@@ -198,11 +200,11 @@ impl Store {
 
 /// Creates a data directory if it is missing, and takes its exclusive lock.
 fn directory(data_dir: &Path) -> Result<File, StoreError> {
-    std::fs::create_dir_all(data_dir)
+    private_files::whole_directory(data_dir)
         .map_err(|source| StoreError::DataDir { path: data_dir.to_owned(), source })?;
     let path = data_dir.join("lock");
     let failed = |source| StoreError::DataDir { path: path.clone(), source };
-    let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(failed)?;
+    let file = private_files::file(&path).map_err(failed)?;
     match file.try_lock() {
         Ok(()) => Ok(file),
         Err(TryLockError::WouldBlock) => Err(StoreError::Locked { path: data_dir.to_owned() }),

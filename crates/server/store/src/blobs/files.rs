@@ -3,11 +3,12 @@
 //! A put whose process ended leaves a file `<digest>#<number>`. `object_store` writes such a file and renames it; it
 //! never lists one.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::{Backend, Blobs, StoreError};
+use crate::private_files;
 
 /// Removes the files of unfinished puts in `folder` that are older than `before`; their number and bytes.
 pub(super) fn remove_unfinished(
@@ -70,7 +71,7 @@ impl Blobs {
     fn lock_file(&self) -> Result<Option<(PathBuf, File)>, StoreError> {
         let Backend::Files { directory } = &self.backend else { return Ok(None) };
         let path = directory.join("sweep.lock");
-        match OpenOptions::new().create(true).truncate(false).write(true).open(&path) {
+        match private_files::file(&path) {
             Ok(file) => Ok(Some((path, file))),
             Err(source) => Err(StoreError::DataDir { path, source }),
         }
