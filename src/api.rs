@@ -19,6 +19,7 @@ mod data_uri;
 pub mod scenes;
 mod accepted;
 mod idempotency;
+mod limits;
 mod enqueue;
 mod parent;
 pub mod edits;

@@ -39,6 +39,7 @@ use crate::config::{Config, Resolved};
 use crate::pipeline::checkpoint::StageRuntime;
 use crate::worker::{BuildScene, SceneBuilder, Worker};
 use runtime::CpuPool;
+use store::limits::LimitsControl;
 use store::queue::control::QueueControl;
 use store::{Intent, Store, StoreError};
 
@@ -96,6 +97,11 @@ pub async fn open(data_dir: &Path, config: &Config, intent: Intent) -> Result<St
 /// The operator's connection to the queue, beside running processes.
 pub async fn queue_control(data_dir: &Path, config: &Config) -> Result<QueueControl, AppError> {
     Ok(QueueControl::open(data_dir, &config.store).await?)
+}
+
+/// The operator's connection to the limits of tenants, beside running processes.
+pub async fn limits_control(data_dir: &Path, config: &Config) -> Result<LimitsControl, AppError> {
+    Ok(LimitsControl::open(data_dir, &config.store).await?)
 }
 
 /// The pool that a process computes on.

@@ -34,6 +34,7 @@ mod private_mode;
 pub mod serve;
 pub mod worker;
 pub mod queue;
+pub mod tenants;
 pub mod migrate;
 pub mod backup;
 pub mod restore;
@@ -87,6 +88,8 @@ enum Command {
     Worker(worker::Arguments),
     /// Show the queue, or pause and resume the claiming of jobs.
     Queue(queue::Arguments),
+    /// Show the limits of tenants and what is used of them, or give one limits of its own.
+    Tenants(tenants::Arguments),
     /// Bring the database up to date; `serve` and `worker` do so by themselves.
     Migrate(migrate::Arguments),
     /// Copy a data directory, also while a server uses it.
@@ -117,6 +120,7 @@ pub fn main() -> ExitCode {
         Command::Serve(arguments) => serve::run(arguments),
         Command::Worker(arguments) => worker::run(arguments),
         Command::Queue(arguments) => queue::run(arguments),
+        Command::Tenants(arguments) => tenants::run(arguments),
         Command::Migrate(arguments) => migrate::run(arguments),
         Command::Backup(arguments) => backup::run(arguments),
         Command::Restore(arguments) => restore::run(arguments),

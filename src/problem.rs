@@ -36,7 +36,7 @@ pub enum ProblemType {
     TooManyRequests,
     Internal,
     Unavailable,
-    /// 507: a tenant's quota leaves no room.
+    /// 507: the bytes of a tenant leave no room.
     InsufficientStorage,
 }
 
@@ -129,6 +129,23 @@ pub struct ProblemDocument<'a> {
     request_id: &'a str,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     errors: &'a [FieldError],
+    /// The limit that leaves no room, where that is the reason.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limit: Option<&'a LimitUse>,
+}
+
+/// A limit, and what is used of it.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct LimitUse {
+    /// The setting of the server, such as `store.limits.waiting_jobs`.
+    #[schemars(length(min = 1, max = 100))]
+    pub name: Cow<'static, str>,
+    /// Value of the limit for this tenant: bytes, jobs, submissions, requests or US dollars, as the setting has it.
+    #[schemars(range(min = 0.0, max = 9007199254740991.0))]
+    pub max: f64,
+    /// Amount that is used of it, without what was asked for.
+    #[schemars(range(min = 0.0, max = 9007199254740991.0))]
+    pub used: f64,
 }
 
 impl JsonSchema for ProblemType {
@@ -151,6 +168,10 @@ pub struct Problem {
     /// Fault and correction.
     pub detail: String,
     pub errors: Vec<FieldError>,
+    /// The limit that leaves no room, where that is the reason.
+    pub limit: Option<LimitUse>,
+    /// Time after which the request may be sent again, seconds, where it is known.
+    pub retry_after_secs: Option<i64>,
 }
 
 impl fmt::Display for Problem {
@@ -163,7 +184,14 @@ impl std::error::Error for Problem {}
 
 impl Problem {
     pub fn new(kind: ProblemType, code: &'static str, detail: impl Into<String>) -> Self {
-        Self { kind, code: Cow::Borrowed(code), detail: detail.into(), errors: Vec::new() }
+        Self {
+            kind,
+            code: Cow::Borrowed(code),
+            detail: detail.into(),
+            errors: Vec::new(),
+            limit: None,
+            retry_after_secs: None,
+        }
     }
 
     /// A body that can be read but not accepted.
@@ -174,7 +202,7 @@ impl Problem {
         };
         let places: Vec<String> = errors.iter().map(place).collect();
         let detail = format!("correct {} and send it again", places.join(", "));
-        Self { kind: ProblemType::InvalidRequest, code: Cow::Borrowed("invalid_body"), detail, errors }
+        Self { errors, ..Self::new(ProblemType::InvalidRequest, "invalid_body", detail) }
     }
 
     /// The code, if this process made the problem; `failed` of one that was stored.
@@ -198,17 +226,6 @@ impl Problem {
             ProblemType::Unavailable,
             "storage_full",
             "the server's disk is full; nothing was enqueued. Send it again when its operator has freed space",
-        )
-    }
-
-    /// The tenant's scenes have as many bytes as they may.
-    pub fn quota_exceeded(used_bytes: u64, quota_bytes: u64) -> Self {
-        Self::new(
-            ProblemType::InsufficientStorage,
-            "quota_exceeded",
-            format!(
-                "your scenes use {used_bytes} of {quota_bytes} bytes; delete scenes that you no longer need"
-            ),
         )
     }
 
@@ -236,6 +253,7 @@ impl Problem {
             detail: &self.detail,
             request_id,
             errors: &self.errors,
+            limit: self.limit.as_ref(),
         })
     }
 }

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::accepted::accepted_at;
 use super::extract::{JsonRequest, OptionalJsonBody, PathId, TenantApi};
 use super::idempotency::{IdempotencyKey, KeyScope, scoped};
+use super::limits::{check_bytes, refused};
 use super::query::{Page, PageSize, PageToken, Parameters};
 use crate::problem::{Problem, ProblemType};
 use crate::schemas::values::BatchBudget;
@@ -118,6 +119,7 @@ pub async fn retry(
     OptionalJsonBody(body): OptionalJsonBody<RetryBody>,
 ) -> Result<Response, Problem> {
     let budget = body.budget_usd.map(BudgetUsd::amount);
+    check_bytes(&api).await?;
     let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
     match api.store.retry_batch(&api.tenant_id, &batch_id, budget).await? {
         BatchRetryOutcome::Accepted(_) => accepted(&api, &batch_id).await,
@@ -129,6 +131,7 @@ pub async fn retry(
             conflict("batch_still_cancelling", "requests of this batch are still stopping; retry it then")
         }
         BatchRetryOutcome::NotFound => Err(Problem::not_found("batch", batch_id.as_str())),
+        BatchRetryOutcome::Refused(reached) => Err(refused(reached)),
     }
 }
 

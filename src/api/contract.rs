@@ -85,7 +85,7 @@ fn headers() -> Value {
         "ContentRange": { "schema": { "type": "string" } },
         "RetryAfter": {
             "description": "Seconds to wait before the request is sent again.",
-            "schema": { "type": "integer", "minimum": 1, "maximum": 86400 },
+            "schema": { "type": "integer", "minimum": 1, "maximum": 2678400 },
         },
     })
 }

@@ -18,6 +18,7 @@ use super::accepted::accepted_at;
 use super::download::{Content, Download, respond};
 use super::extract::{JsonBody, PathId, PathName, TenantApi};
 use super::idempotency::{IdempotencyKey, KeyScope, scoped};
+use super::limits::{check_bytes, refused};
 use super::pieces::{self, Piece};
 use super::query::{Page, PageSize, PageToken, Parameters};
 use crate::problem::{Problem, ProblemType};
@@ -40,6 +41,7 @@ pub async fn submit(
 ) -> Result<Response, Problem> {
     let (name, request) = body.checked()?;
     check_source(&api, &request).await?;
+    check_bytes(&api).await?;
     let request = json!(request);
     let new = NewDataset {
         tenant_id: api.tenant_id.clone(),
@@ -51,6 +53,7 @@ pub async fn submit(
     match api.store.submit_dataset(new).await? {
         SubmitDatasetOutcome::Created(id) | SubmitDatasetOutcome::Replayed(id) => accepted(&api, &id).await,
         SubmitDatasetOutcome::KeyReused => Err(Problem::key_reused("dataset")),
+        SubmitDatasetOutcome::Refused(reached) => Err(refused(reached)),
     }
 }
 
@@ -102,6 +105,7 @@ pub async fn verify(api: TenantApi, PathId(dataset_id): PathId<DatasetId>) -> Re
     match api.store.verify_dataset(&api.tenant_id, &dataset_id).await? {
         VerifyOutcome::Accepted => accepted(&api, &dataset_id).await,
         VerifyOutcome::NotFrozen(state) => Err(not_frozen(state)),
+        VerifyOutcome::Refused(reached) => Err(refused(reached)),
         VerifyOutcome::NotFound => Err(Problem::not_found("dataset", dataset_id.as_str())),
     }
 }

@@ -13,15 +13,15 @@ use axum::response::{IntoResponse, Response};
 use super::Api;
 use super::extract::TenantApi;
 use super::idempotency::{KeyScope, idempotency_key, scoped};
+use super::limits::{check_bytes, refusal};
 use super::scenes::{find, latest_job};
 use super::views::{JobView, SceneView};
 use crate::app::submission::Submission;
-use crate::problem::{Problem, ProblemType};
+use crate::problem::Problem;
 use crate::spans;
 use scene::{JobId, SceneId};
 use store::lifecycle::SceneState;
-use store::queue::QueueFull;
-use store::retention::QuotaOutcome;
+use store::limits::LimitReached;
 use store::scenes::{NewRows, SubmitOutcome};
 
 /// Options in the headers of a request for new work: `Idempotency-Key` and `Prefer`.
@@ -56,7 +56,7 @@ pub(super) async fn enqueue(
     let key = scoped(api, KeyScope::Scene, idempotency_key.as_deref());
     let Enqueued { scene_id, rows } = match enqueue_one(api, submission, key).await? {
         Ok(enqueued) => enqueued,
-        Err(full) => return Ok(queue_full(full)),
+        Err(reached) => return Ok(refusal(reached)),
     };
     if let Some(wait) = wait {
         wait_for(api, Awaited::Scene(&scene_id), wait).await?;
@@ -96,7 +96,8 @@ pub(super) struct Enqueued {
     rows: Option<Box<NewRows>>,
 }
 
-/// Enqueues a submission; the key has its scope. Inner `Err` where the queue has no room.
+/// Enqueues a submission; the key has its scope. Inner `Err` where a limit leaves no
+/// room.
 ///
 /// # Errors
 ///
@@ -105,10 +106,8 @@ pub(super) async fn enqueue_one(
     api: &TenantApi,
     submission: Submission,
     idempotency_key: Option<String>,
-) -> Result<Result<Enqueued, QueueFull>, Problem> {
-    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&api.tenant_id).await {
-        return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
-    }
+) -> Result<Result<Enqueued, LimitReached>, Problem> {
+    check_bytes(api).await?;
     let budget_usd = api.settings.usual_budget_usd;
     let schedule = submission.schedule(&api.app.config().queue);
     let new = submission.into_row(&api.store, api.tenant_id.clone(), budget_usd, idempotency_key).await?;
@@ -122,20 +121,9 @@ pub(super) async fn enqueue_one(
             spans::submitted(Some(&scene_id), &job_id);
             Ok(Ok(Enqueued { scene_id, rows: None }))
         }
-        SubmitOutcome::QueueFull(full) => Ok(Err(full)),
+        SubmitOutcome::Refused(reached) => Ok(Err(reached)),
         SubmitOutcome::KeyReused => Err(Problem::key_reused("scene")),
     }
-}
-
-/// 429 with the time after which there may be room.
-pub(super) fn queue_full(full: QueueFull) -> Response {
-    let detail = format!(
-        "{} jobs wait in the queue, and no more may; send the request again in {} seconds",
-        full.limit, full.retry_after_secs
-    );
-    let mut response = Problem::new(ProblemType::TooManyRequests, "queue_full", detail).into_response();
-    response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(full.retry_after_secs));
-    response
 }
 
 /// `Prefer: wait=N`; what cannot be understood is ignored, as preferences are.

@@ -18,6 +18,7 @@ use super::accepted::accepted_at;
 use super::admission::overloaded;
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::idempotency::{IdempotencyKey, KeyScope, scoped};
+use super::limits::{check_bytes, refused};
 use super::parent;
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters};
 use crate::app::episodes::draft::EpisodesDraft;
@@ -50,6 +51,7 @@ pub async fn submit(
     let order = ordered(&draft)?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let bundle = parent::bundle_of(&api, &scene_id, true).await?;
+    check_bytes(&api).await?;
     let request = order.stored();
     let new = NewRecording {
         tenant_id: api.tenant_id.clone(),
@@ -66,6 +68,7 @@ pub async fn submit(
             accepted(&api, &id).await
         }
         SubmitRecordingOutcome::KeyReused => Err(Problem::key_reused("recording of episodes")),
+        SubmitRecordingOutcome::Refused(reached) => Err(refused(reached)),
     }
 }
 

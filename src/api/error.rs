@@ -7,12 +7,22 @@ use super::body::ENCODED_BODY;
 use crate::problem::{Problem, ProblemType};
 use store::{Outage, StoreError};
 
+/// Time after which a request may be sent again where nothing better is known, seconds.
+const USUAL_RETRY_AFTER_SECS: i64 = 5;
+
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.kind.status()).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
         let mut response = status.into_response();
-        if matches!(self.kind, ProblemType::Unavailable | ProblemType::TooManyRequests) {
-            response.headers_mut().insert(header::RETRY_AFTER, header::HeaderValue::from_static("5"));
+        if matches!(self.kind, ProblemType::Unavailable | ProblemType::TooManyRequests)
+            || self.retry_after_secs.is_some()
+        {
+            let seconds = self.retry_after_secs.unwrap_or(USUAL_RETRY_AFTER_SECS);
+            response.headers_mut().insert(header::RETRY_AFTER, header::HeaderValue::from(seconds));
+        }
+        if self.code == ENCODED_BODY {
+            let plain = header::HeaderValue::from_static("identity");
+            response.headers_mut().insert(header::ACCEPT_ENCODING, plain);
         }
         if self.code == ENCODED_BODY {
             let plain = header::HeaderValue::from_static("identity");

@@ -14,6 +14,7 @@ use super::download::{Content, Download, respond};
 use super::enqueue::{Awaited, Delivery, preference_applied, wait_for};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::idempotency::{KeyScope, scoped};
+use super::limits::{check_bytes, refused};
 use super::query::Parameters;
 use super::{jobs, parent};
 use crate::app::executions::order::{ExecutionDraft, ExecutionFormat};
@@ -49,6 +50,7 @@ pub async fn submit(
     let order = draft.checked(format, api.settings.max_text_chars)?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let bundle = parent::bundle_of(&api, &scene_id, true).await?;
+    check_bytes(&api).await?;
     let request = order.stored();
     let body_digest = Digest::of(format!("{scene_id} {request}").as_bytes());
     let new = NewExecution {
@@ -62,6 +64,7 @@ pub async fn submit(
     let job_id = match api.store.submit_execution(new).await? {
         SubmitExecutionOutcome::Created(job_id) | SubmitExecutionOutcome::Replayed(job_id) => job_id,
         SubmitExecutionOutcome::KeyReused => return Err(Problem::key_reused("execution")),
+        SubmitExecutionOutcome::Refused(reached) => return Err(refused(reached)),
     };
     let Some(wait) = wait else { return accepted(&api, &job_id).await };
     wait_for(&api, Awaited::Job(&job_id), wait).await?;

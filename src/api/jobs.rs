@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::accepted::accepted_at;
 use super::extract::{JsonRequest, OptionalJsonBody, PathId, TenantApi};
+use super::limits::{check_bytes, refused};
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters, Time};
 use super::views::{JobView, StageView};
 use crate::problem::{Problem, ProblemType};
@@ -127,6 +128,7 @@ pub async fn retry(
     PathId(job_id): PathId<JobId>,
     OptionalJsonBody(body): OptionalJsonBody<RetryBody>,
 ) -> Result<Response, Problem> {
+    check_bytes(&api).await?;
     let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
     match api.store.retry(&api.tenant_id, &job_id, body.from_stage).await? {
         RetryOutcome::Created { job_id } => {
@@ -149,6 +151,7 @@ pub async fn retry(
             "scene_not_retryable",
             format!("the scene is {}; submit a new one with another seed", state.as_str()),
         ),
+        RetryOutcome::Refused(reached) => Err(refused(reached)),
         RetryOutcome::NoSuchStage => conflict(
             "stage_not_reached",
             "the job never came to that `from_stage`; GET its stages for the names".to_owned(),

@@ -10,9 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::admission::overloaded;
 use super::edits::EditOptions;
-use super::enqueue::{enqueue_one, queue_full};
+use super::enqueue::enqueue_one;
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::idempotency::{IdempotencyKey, KeyScope, scoped};
+use super::limits::refusal;
 use super::parent;
 use super::query::{NoParameters, Parameters, Time};
 use super::scene_body::terms;
@@ -95,7 +96,7 @@ pub(super) struct VariantsView {
     #[schemars(with = "schemas::scene_request::Randomize")]
     randomize: Randomize,
     scenes: Vec<VariantView>,
-    /// Variants for which the queue has no room; the same request with the same Idempotency-Key goes on.
+    /// Variants for which a limit leaves no room; the same request with the same Idempotency-Key goes on.
     #[schemars(range(min = 0, max = 1000))]
     remaining: usize,
 }
@@ -151,7 +152,7 @@ pub async fn validate(
     Ok(Json(ValidatedVariants { valid: true, requests }).into_response())
 }
 
-/// Enqueues variants in order until the queue has no room.
+/// Enqueues variants in order until a limit leaves no room.
 async fn enqueue_all(
     api: &TenantApi,
     parent: SceneId,
@@ -170,9 +171,9 @@ async fn enqueue_all(
                 view.scenes.push(VariantView { id: enqueued.scene_id, seed, link });
                 view.remaining -= 1;
             }
-            Err(full) if view.scenes.is_empty() => return Ok(queue_full(full)),
-            Err(full) => {
-                retry_after_secs = Some(full.retry_after_secs);
+            Err(reached) if view.scenes.is_empty() => return Ok(refusal(reached)),
+            Err(reached) => {
+                retry_after_secs = Some(reached.retry_after_secs);
                 break;
             }
         }

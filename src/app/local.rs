@@ -39,7 +39,7 @@ pub async fn run(
         SubmitOutcome::Created { scene_id, job_id, .. } | SubmitOutcome::Replayed { scene_id, job_id } => {
             (scene_id, job_id)
         }
-        SubmitOutcome::KeyReused | SubmitOutcome::QueueFull(_) => {
+        SubmitOutcome::KeyReused | SubmitOutcome::Refused(_) => {
             return Err(lost("a submission without a key and without limits was refused"));
         }
     };

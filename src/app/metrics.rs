@@ -74,6 +74,11 @@ pub const METRICS: &[Metric] = &[
         &[],
         "Batches created, repeats of an idempotency key excluded",
     ),
+    counter(
+        "tabletopgen_limits_refused_total",
+        &["limit"],
+        "Requests for work that were refused as a limit of the tenant or of the queue leaves no room",
+    ),
     counter("tabletopgen_jobs_finished_total", &["class", "outcome"], "Jobs that ended, by class of failure"),
     counter(
         "tabletopgen_job_attempts_total",

@@ -29,11 +29,11 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         format!("{:?} is no address with a port, such as 127.0.0.1:9090; empty for none", worker.listen),
     );
     rule(
-        "queue.max_jobs_per_tenant",
-        config.queue.max_jobs_per_tenant <= config.queue.max_jobs,
+        "store.limits.waiting_jobs",
+        config.store.limits.waiting_jobs <= config.queue.max_jobs,
         format!(
             "{} is more than queue.max_jobs = {}, so that one tenant could fill the queue",
-            config.queue.max_jobs_per_tenant, config.queue.max_jobs
+            config.store.limits.waiting_jobs, config.queue.max_jobs
         ),
     );
     rule(

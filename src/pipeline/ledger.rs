@@ -71,6 +71,11 @@ impl Ledger for JobLedger {
                     committed: MicroUsd(committed),
                     budget: MicroUsd(budget),
                 }),
+                Reservation::OverMonth { committed, limit } => Err(LedgerError::OverMonth {
+                    asked: intent.reserved,
+                    committed: MicroUsd(committed),
+                    limit: MicroUsd(limit),
+                }),
                 Reservation::OutcomeUnknown => Err(LedgerError::OutcomeUnknown),
             }
         })

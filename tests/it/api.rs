@@ -17,6 +17,7 @@ mod slow_clients;
 mod rejected_images;
 mod damage;
 mod retention;
+mod limits;
 mod bodies;
 mod event_streams;
 mod hosts;

@@ -10,6 +10,7 @@ mod foreground;
 mod signals;
 mod batch;
 mod backups;
+mod tenants;
 mod private_data;
 mod deployment;
 mod telemetry;

@@ -11,12 +11,12 @@ use crate::api::admission::overloaded;
 use crate::api::body::{BodyReader, ReceivedBody};
 use crate::api::extract::TenantApi;
 use crate::api::json_body::media_type;
+use crate::api::limits::{check_bytes, refused};
 use crate::app::batch_reading::{BatchReader, BodyKind};
 use crate::problem::{Problem, ProblemType};
 use scene::BatchId;
 use store::Digest;
 use store::batches::{NewBatch, NewItem, PublishOutcome, RecipeRest, RestCounts};
-use store::retention::QuotaOutcome;
 
 /// Requests that are stored in one transaction.
 const GROUP: usize = 1000;
@@ -47,9 +47,7 @@ pub(super) async fn receive(
             Err(Problem::key_reused("batch"))
         };
     }
-    if let QuotaOutcome::Exceeded { used_bytes, quota_bytes } = api.store.quota(&api.tenant_id).await {
-        return Err(Problem::quota_exceeded(used_bytes, quota_bytes));
-    }
+    check_bytes(api).await?;
     let new = NewBatch { tenant_id: api.tenant_id.clone(), name, budget, idempotency_key: key, body_digest };
     let id = api.store.begin_batch(new).await?;
     if let Err(problem) = store_requests(api, &id, kind, body).await {
@@ -66,6 +64,7 @@ pub(super) async fn receive(
         }
         PublishOutcome::Replayed(earlier) => Ok(earlier),
         PublishOutcome::KeyReused => Err(Problem::key_reused("batch")),
+        PublishOutcome::Refused(reached) => Err(refused(reached)),
     }
 }
 

@@ -25,7 +25,7 @@ const COMMON_REFUSALS: [u16; 5] = [400, 403, 421, 429, 503];
 /// Statuses of refusals of a body.
 const REFUSALS_OF_BODIES: [u16; 4] = [408, 413, 415, 422];
 /// Statuses with a time after which the request may be sent again.
-const BUSY: [u16; 2] = [429, 503];
+const BUSY: [u16; 3] = [429, 503, 507];
 
 /// An operation that is being described.
 pub struct Operation<'a> {

@@ -196,7 +196,7 @@ impl Engine<'_> {
                 self.follow_job(job_id, scene_id, request.custom_id, granted);
                 Ok(())
             }
-            SubmitOutcome::KeyReused | SubmitOutcome::QueueFull(_) => {
+            SubmitOutcome::KeyReused | SubmitOutcome::Refused(_) => {
                 let message = format!("the request {:?} could not be submitted; a bug", request.custom_id);
                 Err(Failure::new(Exit::Error, message))
             }

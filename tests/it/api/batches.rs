@@ -378,7 +378,7 @@ async fn a_batch_goes_on_after_a_restart() {
 #[tokio::test]
 async fn a_short_recipe_of_many_requests_gets_rows_as_it_is_fed() {
     const REQUESTS: u64 = 100_000;
-    let limits = [("batches.window", "4"), ("queue.max_jobs", "10"), ("queue.max_jobs_per_tenant", "10")];
+    let limits = [("batches.window", "4"), ("queue.max_jobs", "10"), ("store.limits.waiting_jobs", "10")];
     let script = Script::new(&[]);
     for _ in 0..100 {
         script.next("omega", Act::Wait);

@@ -66,10 +66,14 @@ async fn a_tenant_beyond_its_quota_is_refused() {
     let (_, job) = server.submit("a mug").await;
     server.job_is(&job, "succeeded").await;
     let directory = server.stop().await;
-    let quota = [("store.retention.tenant_quota_bytes", "1")];
+    let quota = [("store.limits.bytes", "1")];
     let server = Server::on(directory, &Script::new(&[]), &quota).await;
     let refused = server.post("/scenes", json!({ "text": "a bowl" })).await;
     assert_eq!(refused.problem(), (507, "quota_exceeded".into()));
+    assert_eq!(refused.json()["limit"]["name"], "store.limits.bytes");
+    assert_eq!((&refused.json()["limit"]["max"], refused.header("retry-after")), (&json!(1.0), "30"));
+    let retry = server.post(&format!("/jobs/{job}/retry"), json!({})).await;
+    assert_eq!(retry.problem(), (507, "quota_exceeded".into()), "every kind of work");
     // Checking a request and reading go on.
     assert_eq!(server.post("/scenes/validate", json!({ "text": "a bowl" })).await.status, 200);
     assert_eq!(server.get("/readyz").await.status, 200);

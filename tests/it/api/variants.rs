@@ -98,7 +98,7 @@ async fn the_same_key_names_the_same_variants() {
 
 #[tokio::test]
 async fn a_full_queue_takes_some_variants_and_the_same_key_goes_on() {
-    let limits = [("queue.max_jobs", "4"), ("queue.max_jobs_per_tenant", "4"), ("worker.concurrency", "1")];
+    let limits = [("queue.max_jobs", "4"), ("store.limits.waiting_jobs", "4"), ("worker.concurrency", "1")];
     let script = Script::new(&[]);
     let server = Server::with(&script, &limits).await;
     let parent = finished(&server).await;

@@ -106,7 +106,7 @@ async fn fifty_at_once_do_not_overrun_a_budget() {
                     assert!(*budget == 7_900 && *committed <= 7_900);
                     None
                 }
-                Reservation::OutcomeUnknown => panic!("nothing is unknown"),
+                other => panic!("{other:?}"),
             })
             .collect();
         assert_eq!(ids.len(), 7);

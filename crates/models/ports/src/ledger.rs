@@ -95,6 +95,11 @@ pub enum LedgerError {
     )]
     OverBudget { asked: MicroUsd, committed: MicroUsd, budget: MicroUsd },
     #[error(
+        "it may cost {asked}, and {committed} of the {limit} that its tenant may spend in a month are spent or reserved; \
+         retry the job in the next month, or have the operator raise store.limits.usd_per_month"
+    )]
+    OverMonth { asked: MicroUsd, committed: MicroUsd, limit: MicroUsd },
+    #[error(
         "an earlier try of this question may have been answered and billed, and its answer was lost; read the \
          vendor's records, then retry the job, or set providers.on_unknown = resend"
     )]

@@ -330,7 +330,9 @@ impl Endpoint {
     pub(super) fn not_written(&self, error: LedgerError) -> ProviderError {
         let (port, reason) = (self.port, error.to_string());
         match error {
-            LedgerError::OverBudget { .. } => ProviderError::OverBudget { port, reason },
+            LedgerError::OverBudget { .. } | LedgerError::OverMonth { .. } => {
+                ProviderError::OverBudget { port, reason }
+            }
             LedgerError::OutcomeUnknown => ProviderError::Rejected { port, code: OUTCOME_UNKNOWN, reason },
             LedgerError::LeaseLost(_) => ProviderError::Ledger { port, lease_lost: true, reason },
             LedgerError::Unavailable(_) => ProviderError::Ledger { port, lease_lost: false, reason },

@@ -8,6 +8,7 @@
 //! cancels and retries, [`account`] counts, [`output`] lists results.
 
 mod receive;
+mod admission;
 mod expansion;
 mod feed;
 mod begin;
@@ -29,6 +30,7 @@ use crate::boxed;
 use scene::{BatchId, JobId, MicroUsd, SceneId, TenantId};
 
 pub use account::{BatchAccount, BatchMoney};
+pub(super) use admission::unsettled;
 pub use control::{BatchCancelOutcome, BatchRetryOutcome};
 pub use expansion::{RecipeRest, RestCounts};
 pub use feed::{Fed, FeedRules};

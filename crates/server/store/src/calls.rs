@@ -8,8 +8,9 @@
 use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, Row};
 
+use super::limits::{LimitSettings, Month};
 use super::queue::guard;
-use super::{Digest, Lease, Store, StoreError, database};
+use super::{Digest, Lease, Store, StoreError, database, limits};
 use crate::boxed;
 use scene::{JobId, SceneId, TenantId};
 
@@ -43,6 +44,8 @@ pub enum Reservation {
     Granted(i64),
     /// Rejected, nothing was written. Amounts in millionths of a US dollar.
     OverBudget { committed: i64, budget: i64 },
+    /// Rejected, nothing was written: the tenant has spent what it may in this month. Amounts as before.
+    OverMonth { committed: i64, limit: i64 },
     /// Rejected, nothing was written: an earlier call may have been answered.
     OutcomeUnknown,
 }
@@ -106,10 +109,10 @@ impl Store {
     /// Inserts a call and reserves its cost, if the scene's budget allows it.
     #[boxed]
     pub async fn reserve_call(&self, lease: &Lease, call: NewCall) -> Result<Reservation, StoreError> {
-        let lease = lease.clone();
+        let (lease, limits) = (lease.clone(), *self.admission.settings());
         self.writer
             .write("reserve a call", move |connection| {
-                Box::pin(async move { reserve(connection, &lease, &call).await })
+                Box::pin(async move { reserve(connection, &lease, &call, &limits).await })
             })
             .await
     }
@@ -172,6 +175,7 @@ async fn reserve(
     connection: &mut AnyConnection,
     lease: &Lease,
     call: &NewCall,
+    limits: &LimitSettings,
 ) -> Result<Reservation, StoreError> {
     guard(connection, lease).await?;
     let row = sqlx::query("SELECT tenant_id, scene_id FROM jobs WHERE id = $1")
@@ -198,6 +202,11 @@ async fn reserve(
     // Free calls are always granted, even if vendors billed more than was reserved.
     if call.reserved_micro_usd > 0 && committed.saturating_add(call.reserved_micro_usd) > budget {
         return Ok(Reservation::OverBudget { committed, budget });
+    }
+    if call.reserved_micro_usd > 0
+        && let Some(refused) = over_month(connection, &tenant_id, call, limits).await?
+    {
+        return Ok(refused);
     }
     let now = database::now_ms(connection).await?;
     let id = sqlx::query_scalar(
@@ -226,6 +235,25 @@ async fn reserve(
     .fetch_one(connection)
     .await?;
     Ok(Reservation::Granted(id))
+}
+
+/// The refusal of a call beyond what its tenant may spend in a month. Calls of a limited tenant follow each other, so
+/// that those at once stay within it together.
+async fn over_month(
+    connection: &mut AnyConnection,
+    tenant_id: &TenantId,
+    call: &NewCall,
+    limits: &LimitSettings,
+) -> Result<Option<Reservation>, StoreError> {
+    let limit = limits::of_tenant(connection, limits, tenant_id).await?.micro_usd_per_month;
+    if limit == 0 {
+        return Ok(None);
+    }
+    limits::one_at_a_time(connection, &format!("calls {tenant_id}")).await?;
+    let month = Month::now(connection).await?;
+    let committed = limits::of_month(connection, tenant_id, &month).await?;
+    let is_over = committed.saturating_add(call.reserved_micro_usd) > limit;
+    Ok(is_over.then_some(Reservation::OverMonth { committed, limit }))
 }
 
 async fn spending(

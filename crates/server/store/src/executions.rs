@@ -5,6 +5,7 @@ use serde_json::Value;
 use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, Row};
 
+use super::limits::{Admission, LimitReached};
 use super::queue::{JobSubject, NewJob, QueueColumns};
 use super::{Digest, Store, StoreError, database};
 use crate::boxed;
@@ -32,6 +33,8 @@ pub enum SubmitExecutionOutcome {
     Replayed(JobId),
     /// The key was used before with another request; nothing was enqueued.
     KeyReused,
+    /// A limit of the tenant leaves no room; nothing was enqueued.
+    Refused(LimitReached),
 }
 
 /// An execution's row.
@@ -58,10 +61,11 @@ impl Store {
     /// Enqueues an execution, once for each idempotency key.
     #[boxed]
     pub async fn submit_execution(&self, new: NewExecution) -> Result<SubmitExecutionOutcome, StoreError> {
+        let admission = self.admission.clone();
         let submitted = self
             .writer
             .write("enqueue an execution", move |connection| {
-                Box::pin(async move { submit(connection, &new).await })
+                Box::pin(async move { submit(connection, &new, &admission).await })
             })
             .await?;
         self.announce();
@@ -87,6 +91,7 @@ impl Store {
 async fn submit(
     connection: &mut AnyConnection,
     new: &NewExecution,
+    admission: &Admission,
 ) -> Result<SubmitExecutionOutcome, StoreError> {
     if let Some((key, body_digest)) = &new.idempotency
         && let Some((earlier, earlier_digest)) = by_key(connection, &new.tenant_id, key).await?
@@ -97,6 +102,9 @@ async fn submit(
         });
     }
     let now = database::now_ms(connection).await?;
+    if let Err(reached) = admission.work(connection, &new.tenant_id, now).await? {
+        return Ok(SubmitExecutionOutcome::Refused(reached));
+    }
     let columns = QueueColumns::of_new(None, &new.request, now);
     let job =
         NewJob::new(&new.tenant_id, JobKind::ExecuteTask, JobSubject::Execution(&new.scene_id), columns);

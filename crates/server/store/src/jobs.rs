@@ -4,6 +4,7 @@ use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::database::Dialect;
+use super::limits::{Admission, LimitReached};
 use super::list_query::ListQuery;
 use super::queue::{JobSubject, NewJob, QueueColumns};
 use super::{Store, StoreError, batches, database, datasets};
@@ -86,6 +87,8 @@ pub enum RetryOutcome {
     SceneIs(SceneState),
     /// The job did not reach that stage.
     NoSuchStage,
+    /// A limit of the tenant leaves no room.
+    Refused(LimitReached),
 }
 
 impl Store {
@@ -181,10 +184,13 @@ impl Store {
         from_stage: Option<String>,
     ) -> Result<RetryOutcome, StoreError> {
         let (tenant_id, job_id) = (tenant_id.clone(), job_id.clone());
+        let admission = self.admission.clone();
         let retried = self
             .writer
             .write("retry a job", move |connection| {
-                Box::pin(retry(connection, tenant_id, job_id, from_stage))
+                Box::pin(
+                    async move { retry(connection, tenant_id, job_id, from_stage, Some(&admission)).await },
+                )
             })
             .await?;
         self.announce();
@@ -192,11 +198,13 @@ impl Store {
     }
 }
 
+/// Repeats an ended job. With an admission the limits of the tenant are held.
 pub(super) async fn retry(
     connection: &mut AnyConnection,
     tenant_id: TenantId,
     job_id: JobId,
     from_stage: Option<String>,
+    admission: Option<&Admission>,
 ) -> Result<RetryOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
     let row = sqlx::query("SELECT * FROM jobs WHERE id = $1 AND tenant_id = $2")
@@ -212,7 +220,7 @@ pub(super) async fn retry(
             Some(_) => Ok(RetryOutcome::NothingToRepeat),
             None if ended.kind == JobKind::ExecuteTask => Ok(RetryOutcome::NothingToRepeat),
             None if from_stage.is_some() => Ok(RetryOutcome::NoSuchStage),
-            None => datasets::retry(connection, &ended, &tenant_id, now).await,
+            None => datasets::retry(connection, &ended, &tenant_id, admission, now).await,
         };
     };
     // The lock keeps another retry of the same scene waiting.
@@ -249,6 +257,11 @@ pub(super) async fn retry(
         if known.is_none() {
             return Ok(RetryOutcome::NoSuchStage);
         }
+    }
+    if let Some(admission) = admission
+        && let Err(reached) = admission.work(connection, &tenant_id, now).await?
+    {
+        return Ok(RetryOutcome::Refused(reached));
     }
     // Without its own stage, a retry uses the salt of the job it retries.
     let (old_stage, old_salt): (Option<String>, Option<String>) =

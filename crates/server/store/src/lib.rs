@@ -47,6 +47,7 @@ mod deaths;
 pub mod stage_claims;
 pub mod jobs;
 pub mod outlook;
+pub mod limits;
 pub mod queue_depth;
 pub mod events;
 pub mod checkpoints;
@@ -99,7 +100,7 @@ pub struct Store {
     /// Whether other processes use the same database.
     is_shared: bool,
     quota: Arc<Quota>,
-    room: Arc<queue::Room>,
+    admission: Arc<limits::Admission>,
     paces: Arc<outlook::Paces>,
     readiness: Arc<readiness::Readiness>,
     /// Released with the last handle.
@@ -147,7 +148,7 @@ impl Store {
             }
         };
         let blobs = Blobs::open(data_dir, settings, health.clone())?;
-        let quota = Arc::new(Quota::new(settings.retention.tenant_quota_bytes));
+        let quota = Arc::new(Quota::default());
         let is_shared = settings.database != DatabaseAddress::Sqlite;
         Ok(Self {
             readers,
@@ -157,7 +158,7 @@ impl Store {
             health,
             is_shared,
             quota,
-            room: Arc::default(),
+            admission: Arc::new(limits::Admission::new(settings.limits)),
             paces: Arc::default(),
             readiness: Arc::default(),
             _lock: lock.map(Arc::new),

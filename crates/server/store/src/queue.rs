@@ -9,7 +9,6 @@
 mod schedule;
 mod new_job;
 mod claimed;
-mod room;
 mod turns;
 mod rescue;
 mod outcome;
@@ -34,8 +33,6 @@ use scene::{DatasetId, JobId, TenantId};
 pub use claimed::{Claim, ClaimedWork, SceneWork};
 pub(crate) use new_job::{JobSubject, NewJob};
 pub(crate) use outcome::note_progress;
-pub use room::QueueFull;
-pub(crate) use room::Room;
 pub(crate) use schedule::QueueColumns;
 pub use schedule::{Schedule, Settings};
 pub use switch::{BackgroundWork, Pause, QueueStatus};
@@ -110,10 +107,12 @@ impl Store {
         scope: &Scope,
     ) -> Result<Option<Claim>, StoreError> {
         let (owner, scope) = (owner.to_owned(), scope.clone());
+        let usual_running = self.admission.settings().running_jobs;
         let claim = self
             .writer
             .write("claim a job", move |connection| {
-                Box::pin(claimed::claim(connection, owner, lease, i64::from(max_deaths), scope))
+                let max_deaths = i64::from(max_deaths);
+                Box::pin(claimed::claim(connection, owner, lease, max_deaths, scope, usual_running))
             })
             .await?;
         if claim.is_some() {

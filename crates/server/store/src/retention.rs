@@ -14,7 +14,7 @@
 
 mod references;
 mod rows;
-mod usage;
+pub(crate) mod usage;
 
 use std::collections::HashSet;
 use std::time::Duration;
@@ -28,7 +28,7 @@ use crate::boxed;
 pub use references::ReferenceKind;
 pub(crate) use references::for_each_reference;
 pub(crate) use usage::Quota;
-pub use usage::{QuotaOutcome, TenantUsage};
+pub use usage::TenantUsage;
 
 /// References that are held in memory at once; one takes about 60 bytes.
 const MAX_REFERENCES: u64 = 2_000_000;
@@ -48,8 +48,6 @@ pub struct RetentionSettings {
     pub quarantined_hours: u64,
     /// Time that the last rows of a deleted scene stay (its jobs, events and ledger), hours.
     pub deleted_hours: u64,
-    /// Most bytes that the artifacts and bundles of one tenant may have together; 0 = no limit.
-    pub tenant_quota_bytes: u64,
 }
 
 /// Result of a sweep; in a dry run, what it would do.

@@ -8,8 +8,9 @@ use sqlx::{AnyConnection, Row};
 use uuid::Uuid;
 
 use super::jobs::{JOINED_COLUMNS, JobRow, job_in};
+use super::limits::{Admission, LimitReached};
 use super::list_query::ListQuery;
-use super::queue::{NewJob, QueueColumns, QueueFull, Schedule};
+use super::queue::{NewJob, QueueColumns, Schedule};
 use super::{Store, StoreError, database, queue};
 use crate::boxed;
 use crate::lifecycle::{JobEvent, JobState, SceneState};
@@ -46,8 +47,8 @@ pub enum SubmitOutcome {
     Replayed { scene_id: SceneId, job_id: JobId },
     /// The key was used before with another body; nothing was enqueued.
     KeyReused,
-    /// The queue has no room; nothing was enqueued.
-    QueueFull(QueueFull),
+    /// A limit leaves no room; nothing was enqueued.
+    Refused(LimitReached),
 }
 
 /// The rows of a new scene, as they were committed.
@@ -106,7 +107,7 @@ impl Store {
         self.enqueue(new, None).await
     }
 
-    /// The same with a schedule, if the queue has room.
+    /// The same with a schedule, if the limits leave room.
     #[boxed]
     pub async fn submit_scheduled(
         &self,
@@ -117,21 +118,14 @@ impl Store {
     }
 
     async fn enqueue(&self, new: NewScene, schedule: Option<Schedule>) -> Result<SubmitOutcome, StoreError> {
-        let (place, full) = match &schedule {
-            Some(schedule) => match self.room.take(&self.readers, &new.tenant_id, &schedule.queue).await? {
-                Ok(place) => (schedule.is_usual().then_some(place), None),
-                Err(full) => (None, Some(full)),
-            },
-            None => (None, None),
-        };
-        let mut submitted = self
+        let admission = self.admission.clone();
+        let submitted = self
             .writer
-            .write("enqueue a scene", move |connection| Box::pin(submit(connection, new, schedule, full)))
+            .write("enqueue a scene", move |connection| {
+                Box::pin(async move { submit(connection, new, schedule, Some(&admission)).await })
+            })
             .await?;
         self.announce();
-        if let SubmitOutcome::Created { rows, .. } = &mut submitted {
-            rows.last_place = place;
-        }
         Ok(submitted)
     }
 
@@ -209,11 +203,12 @@ impl Store {
     }
 }
 
+/// Writes the rows of a new scene. With a schedule and an admission its limits are held.
 pub(super) async fn submit(
     connection: &mut AnyConnection,
     new: NewScene,
     schedule: Option<Schedule>,
-    full: Option<QueueFull>,
+    admission: Option<&Admission>,
 ) -> Result<SubmitOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
     if let Some((key, body_digest)) = &new.idempotency {
@@ -239,9 +234,14 @@ pub(super) async fn submit(
             });
         }
     }
-    // A repeated key is answered with its scene, also while the queue is full.
-    if let Some(full) = full {
-        return Ok(SubmitOutcome::QueueFull(full));
+    // A repeated key is answered with its scene, also where a limit is reached.
+    let mut last_place = None;
+    if let (Some(schedule), Some(admission)) = (&schedule, admission) {
+        let max_scenes = schedule.queue.max_jobs;
+        match admission.scene(connection, &new.tenant_id, max_scenes, now).await? {
+            Ok(place) => last_place = schedule.is_usual().then_some(place),
+            Err(reached) => return Ok(SubmitOutcome::Refused(reached)),
+        }
     }
     let columns = QueueColumns::of_new(schedule.as_ref(), &new.request, now);
     let scene_id: SceneId = database::parse_id(&Uuid::now_v7().to_string(), "scenes")?;
@@ -289,7 +289,7 @@ pub(super) async fn submit(
         created_at_ms: now,
         updated_at_ms: now,
     };
-    Ok(SubmitOutcome::Created { scene_id, job_id, rows: Box::new(NewRows { scene, job, last_place: None }) })
+    Ok(SubmitOutcome::Created { scene_id, job_id, rows: Box::new(NewRows { scene, job, last_place }) })
 }
 
 pub(super) async fn delete(

@@ -7,6 +7,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::blobs::s3::S3Settings;
+use super::limits::LimitSettings;
 use super::retention::RetentionSettings;
 pub(crate) use postgres::Limits;
 pub use postgres::PostgresSettings;
@@ -32,6 +33,7 @@ pub struct Settings {
     pub postgres: PostgresSettings,
     pub s3: S3Settings,
     pub retention: RetentionSettings,
+    pub limits: LimitSettings,
 }
 
 /// Place of blobs.

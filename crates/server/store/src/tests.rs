@@ -21,6 +21,7 @@ mod stages;
 mod wake_ups;
 mod frozen;
 mod limits;
+mod tenant_limits;
 mod upgrade;
 
 use std::collections::BTreeMap;
@@ -176,6 +177,15 @@ conformance! {
     stages::events_are_numbered_without_gaps,
     stages::files_of_a_scene_are_listed_in_byte_order,
     wake_ups::a_change_of_one_handle_wakes_the_other,
+    tenant_limits::work_at_once_stays_within_the_limit_of_what_waits,
+    tenant_limits::work_at_once_stays_within_the_submissions_of_a_minute,
+    tenant_limits::no_claims_at_once_exceed_the_jobs_that_a_tenant_may_run,
+    tenant_limits::tenants_take_turns_over_work_of_all_kinds,
+    tenant_limits::spending_of_a_month_stays_within_its_limit_and_outlives_the_calls,
+    tenant_limits::retries_and_verifications_count_as_submissions,
+    tenant_limits::batches_at_once_stay_within_the_requests_of_their_tenant,
+    tenant_limits::feeding_waits_for_the_limits_of_its_tenant,
+    tenant_limits::an_operator_sees_and_changes_the_limits_of_a_tenant,
 }
 
 /// A submission without a key and with a budget of 1,000 millionths.

@@ -18,7 +18,7 @@ UNBOUNDED = {
     "worker.concurrency": "1",
     "server.max_connections": "4096",
     "queue.max_jobs": "1000000",
-    "queue.max_jobs_per_tenant": "1000000",
+    "store.limits.waiting_jobs": "1000000",
 }
 
 

@@ -102,5 +102,5 @@ pub fn retry_batch(operation: &mut Operation<'_>) {
     );
     operation.answers::<BatchView>(202, "These requests wait again.");
     operation.locates();
-    operation.refuses(&[409]);
+    operation.refuses(&[409, 507]);
 }

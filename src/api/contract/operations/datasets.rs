@@ -30,7 +30,7 @@ pub fn submit_dataset(operation: &mut Operation<'_>) {
     operation.links("files", "listDatasetFiles", &[("dataset_id", "$response.body#/id")]);
     operation.links("archive", "getDatasetArchive", &[("dataset_id", "$response.body#/id")]);
     operation.links("verification", "verifyDataset", &[("dataset_id", "$response.body#/id")]);
-    operation.refuses(&[409]);
+    operation.refuses(&[409, 507]);
 }
 
 /// `GET /datasets/{dataset_id}`.

@@ -31,7 +31,7 @@ pub fn submit_episodes(operation: &mut Operation<'_>) {
         &[("recording_id", "$response.body#/id"), ("format", "$response.body#/order/formats/0")],
     );
     operation.links("cancellation", "cancelEpisodes", &[("recording_id", "$response.body#/id")]);
-    operation.refuses(&[409, 410]);
+    operation.refuses(&[409, 410, 507]);
 }
 
 /// `GET /episodes`.

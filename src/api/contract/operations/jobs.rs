@@ -58,5 +58,5 @@ pub fn retry_job(operation: &mut Operation<'_>) {
     operation.locates();
     operation.links("job", "getJob", &[("job_id", "$response.body#/id")]);
     operation.links("cancellation", "cancelJob", &[("job_id", "$response.body#/id")]);
-    operation.refuses(&[409]);
+    operation.refuses(&[409, 507]);
 }

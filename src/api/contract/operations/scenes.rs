@@ -194,7 +194,7 @@ pub fn execute_task(operation: &mut Operation<'_>) {
     operation.locates();
     operation.links("job", "getJob", &[("job_id", "$response.body#/id")]);
     operation.links("execution", "getExecution", &[("execution_id", "$response.body#/id")]);
-    operation.refuses(&[409, 410]);
+    operation.refuses(&[409, 410, 507]);
 }
 
 /// `GET /scenes/{scene_id}/artifacts`.

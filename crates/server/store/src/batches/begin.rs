@@ -110,7 +110,7 @@ async fn begin_again(
         .bind(scene_id.as_str())
         .execute(&mut *connection)
         .await?;
-    let retried = jobs::retry(connection, batch.tenant_id.clone(), job_id.clone(), None).await?;
+    let retried = jobs::retry(connection, batch.tenant_id.clone(), job_id.clone(), None, None).await?;
     Ok(match retried {
         RetryOutcome::Created { job_id } => Some((scene_id.clone(), job_id)),
         // Another client retried the job, and perhaps it has succeeded by now.
@@ -120,7 +120,8 @@ async fn begin_again(
         RetryOutcome::NotFound
         | RetryOutcome::SceneIs(_)
         | RetryOutcome::NothingToRepeat
-        | RetryOutcome::NoSuchStage => None,
+        | RetryOutcome::NoSuchStage
+        | RetryOutcome::Refused(_) => None,
     })
 }
 

@@ -3,9 +3,10 @@
 use ::batches::{BatchState, OutputError};
 use sqlx::AnyConnection;
 
-use super::expansion;
+use super::{admission, expansion};
 use super::{error_text, locked};
 use crate::boxed;
+use crate::limits::{self, LimitReached, LimitSettings};
 use crate::{Store, StoreError, database, queue};
 use scene::{BatchId, JobId, MicroUsd, TenantId};
 
@@ -28,6 +29,8 @@ pub enum BatchRetryOutcome {
     /// Items of a cancelled batch have not stopped yet.
     StillCancelling,
     NotFound,
+    /// A limit of the tenant leaves no room; nothing waits again.
+    Refused(LimitReached),
 }
 
 impl Store {
@@ -60,11 +63,12 @@ impl Store {
         budget: Option<MicroUsd>,
     ) -> Result<BatchRetryOutcome, StoreError> {
         let (tenant_id, id) = (tenant_id.clone(), id.clone());
+        let limits = *self.admission.settings();
         let retried = self
             .writer
             .unhurried()
             .write("retry a batch", move |connection| {
-                Box::pin(async move { retry(connection, &tenant_id, &id, budget).await })
+                Box::pin(async move { retry(connection, &tenant_id, &id, budget, &limits).await })
             })
             .await?;
         self.announce();
@@ -118,12 +122,23 @@ async fn retry(
     tenant_id: &TenantId,
     id: &BatchId,
     budget: Option<MicroUsd>,
+    limits: &LimitSettings,
 ) -> Result<BatchRetryOutcome, StoreError> {
+    // Before the batch is locked, as submissions lock it before all else.
+    limits::one_at_a_time(connection, &limits::submissions_of(tenant_id)).await?;
     let Some(batch) = locked(connection, id).await?.filter(|batch| batch.tenant_id == *tenant_id) else {
         return Ok(BatchRetryOutcome::NotFound);
     };
     if batch.state == BatchState::Cancelling {
         return Ok(BatchRetryOutcome::StillCancelling);
+    }
+    let requests = admission::repeatable(connection, id).await?;
+    if requests == 0 {
+        return Ok(BatchRetryOutcome::NothingToRetry);
+    }
+    let now = database::now_ms(connection).await?;
+    if let Some(reached) = admission::full(connection, tenant_id, limits, requests, now).await? {
+        return Ok(BatchRetryOutcome::Refused(reached));
     }
     let waiting = sqlx::query(
         "UPDATE batch_items SET state = 'pending', error = NULL, settled_at = NULL
@@ -134,10 +149,6 @@ async fn retry(
     .await?
     .rows_affected();
     let waiting = waiting + expansion::go_on(connection, id).await?;
-    if waiting == 0 {
-        return Ok(BatchRetryOutcome::NothingToRetry);
-    }
-    let now = database::now_ms(connection).await?;
     sqlx::query(
         "UPDATE batches SET state = 'running', finished_at = NULL, started_at = $1,
                             budget_micro_usd = COALESCE($2, budget_micro_usd)

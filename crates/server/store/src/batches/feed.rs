@@ -1,6 +1,7 @@
 //! The feeder's transaction: settle what has ended, then put pending items into the queue, at most a window of them.
 //!
-//! A batch takes no more than half of the queue, so that other submissions are accepted while it runs. With a budget,
+//! A batch takes no more than half of the queue, and of what its tenant may have in it, so that other submissions are
+//! accepted while it runs. Where a limit of the tenant leaves no room, its items wait. With a budget,
 //! every item gets a share of what is neither spent nor promised to another item ([`BatchBudget`]).
 
 use ::batches::{BatchBudget, BatchState, Grant, OutputError};
@@ -11,8 +12,9 @@ use super::expansion::is_expanding;
 use super::settle::settle;
 use super::{BatchRow, locked};
 use crate::boxed;
+use crate::limits::{self, LimitSettings};
 use crate::{Store, StoreError, database, queue};
-use scene::{BatchId, MicroUsd};
+use scene::{BatchId, MicroUsd, TenantId};
 
 /// Items of one transaction, so that other writers do not wait long.
 const MAX_ITEMS: i64 = 200;
@@ -55,12 +57,20 @@ impl Store {
         if !self.needs_feeding(id, rules.window).await? {
             return Ok(Fed::default());
         }
-        let id = id.clone();
+        let tenant: String = sqlx::query_scalar("SELECT tenant_id FROM batches WHERE id = $1")
+            .bind(id.as_str())
+            .fetch_one(&self.readers)
+            .await?;
+        let tenant_id: TenantId = database::parse_id(&tenant, "batches")?;
+        // A tenant that may store no more makes no more; what it has in the queue ends.
+        let is_full = self.full_quota(&tenant_id).await.is_some();
+        let rules = FeedRules { window: if is_full { 0 } else { rules.window }, ..rules };
+        let (id, limits) = (id.clone(), *self.admission.settings());
         let fed = self
             .writer
             .unhurried()
             .write("feed a batch", move |connection| {
-                Box::pin(async move { feed(connection, &id, &rules).await })
+                Box::pin(async move { feed(connection, &id, &tenant_id, &rules, &limits).await })
             })
             .await?;
         if fed != Fed::default() {
@@ -87,7 +97,15 @@ impl Store {
     }
 }
 
-async fn feed(connection: &mut AnyConnection, id: &BatchId, rules: &FeedRules) -> Result<Fed, StoreError> {
+async fn feed(
+    connection: &mut AnyConnection,
+    id: &BatchId,
+    tenant_id: &TenantId,
+    rules: &FeedRules,
+    limits: &LimitSettings,
+) -> Result<Fed, StoreError> {
+    // Before the batch is locked, as submissions lock it before all else.
+    limits::one_at_a_time(connection, &limits::submissions_of(tenant_id)).await?;
     let Some(_) = locked(connection, id).await?.filter(|batch| !batch.state.is_final()) else {
         return Ok(Fed::default());
     };
@@ -97,7 +115,8 @@ async fn feed(connection: &mut AnyConnection, id: &BatchId, rules: &FeedRules) -
     let Some(batch) = locked(connection, id).await? else { return Ok(fed) };
     let active = count(connection, id, "submitted").await?;
     if batch.state == BatchState::Running {
-        refill(connection, &batch, rules, active, &mut fed, now).await?;
+        let room = room(connection, &batch, rules, limits, active).await?;
+        refill(connection, &batch, rules, &room, &mut fed, now).await?;
     }
     let pending = count(connection, id, "pending").await?;
     let is_at_end = pending == 0 && count(connection, id, "submitted").await? == 0;
@@ -127,19 +146,18 @@ async fn refill(
     connection: &mut AnyConnection,
     batch: &BatchRow,
     rules: &FeedRules,
-    active: i64,
+    room: &Room,
     fed: &mut Fed,
     now_ms: i64,
 ) -> Result<(), StoreError> {
-    let room = (rules.window - active).min(queue_room(connection, batch, &rules.queue).await?);
-    if room <= 0 {
+    if room.items <= 0 {
         return Ok(());
     }
     let mut budget = match batch.budget.filter(|_| rules.counts_money) {
         Some(total) => Some(budget_of(connection, batch, total).await?),
         None => None,
     };
-    let items = pending_items(connection, &batch.id, room.min(MAX_ITEMS)).await?;
+    let items = pending_items(connection, &batch.id, room.items.min(MAX_ITEMS)).await?;
     let mut taken = 0;
     for item in &items {
         let wanted = MicroUsd((item.budget.0 - item.spent.0).max(0));
@@ -155,6 +173,11 @@ async fn refill(
                 continue;
             }
         };
+        if room.per_minute > 0
+            && limits::take_pace(connection, &batch.tenant_id, room.per_minute, 1, now_ms).await?.is_err()
+        {
+            break;
+        }
         match begin(connection, batch, item, granted, &rules.queue).await? {
             Some((scene_id, job_id)) => {
                 submitted(connection, &batch.id, item.place, &scene_id, &job_id).await?;
@@ -180,20 +203,34 @@ async fn refill(
     Ok(())
 }
 
-/// Number of further jobs that the queue takes from batches: up to half of its limits.
-async fn queue_room(
+/// Room that the limits leave for items of a batch.
+struct Room {
+    /// Further items that may be in the queue: of the window, and of half of what the queue and the limits of the
+    /// tenant take.
+    items: i64,
+    /// Submissions of the tenant in a minute; 0 = any number.
+    per_minute: i64,
+}
+
+async fn room(
     connection: &mut AnyConnection,
     batch: &BatchRow,
-    queue: &queue::Settings,
-) -> Result<i64, StoreError> {
-    let (all, own): (i64, i64) = sqlx::query_as(
-        "SELECT COUNT(*), COUNT(CASE WHEN tenant_id = $1 THEN 1 END) FROM jobs WHERE state = 'queued'",
-    )
-    .bind(batch.tenant_id.as_str())
-    .fetch_one(connection)
-    .await?;
+    rules: &FeedRules,
+    limits: &LimitSettings,
+    active: i64,
+) -> Result<Room, StoreError> {
+    let limits = limits::of_tenant(connection, limits, &batch.tenant_id).await?;
+    if limits::spent(connection, &batch.tenant_id, limits.micro_usd_per_month).await?.is_some() {
+        return Ok(Room { items: 0, per_minute: 0 });
+    }
+    let all: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM jobs WHERE state = 'queued'")
+        .fetch_one(&mut *connection)
+        .await?;
+    let own = limits::waiting_work(connection, &batch.tenant_id).await?;
     let half = |limit: i64| limit / 2 + limit % 2;
-    Ok((half(queue.max_jobs) - all).min(half(queue.max_jobs_per_tenant) - own))
+    let own_room = if limits.waiting_jobs == 0 { i64::MAX } else { half(limits.waiting_jobs) - own };
+    let items = (rules.window - active).min(half(rules.queue.max_jobs) - all).min(own_room);
+    Ok(Room { items, per_minute: limits.submissions_per_minute })
 }
 
 /// The budget with what is spent, and what items in the queue may still spend.

@@ -10,8 +10,9 @@ use serde_json::{Value, json};
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use uuid::Uuid;
 
-use super::error_text;
+use super::{admission, error_text};
 use crate::boxed;
+use crate::limits::{LimitReached, LimitSettings};
 use crate::{Digest, Store, StoreError, database};
 use scene::{BatchId, MicroUsd, TenantId};
 
@@ -67,6 +68,8 @@ pub enum PublishOutcome {
     Replayed(BatchId),
     /// The key was used before with another body; the new batch is gone.
     KeyReused,
+    /// A limit of the tenant leaves no room; the new batch is gone.
+    Refused(LimitReached),
 }
 
 impl Store {
@@ -126,14 +129,16 @@ impl Store {
             .await
     }
 
-    /// Ends the reception: from now on the batch exists and its items are fed, unless its key was used before.
+    /// Ends the reception: from now on the batch exists and its items are fed, unless its key was used before or the
+    /// limits of its tenant leave no room.
     #[boxed]
     pub async fn publish_batch(&self, id: &BatchId) -> Result<PublishOutcome, StoreError> {
-        let id = id.clone();
+        let (id, limits) = (id.clone(), *self.admission.settings());
         let published = self
             .writer
+            .unhurried()
             .write("publish a batch", move |connection| {
-                Box::pin(async move { publish(connection, &id).await })
+                Box::pin(async move { publish(connection, &id, &limits).await })
             })
             .await?;
         self.announce();
@@ -236,7 +241,11 @@ pub(super) async fn insert(
     Ok(())
 }
 
-async fn publish(connection: &mut AnyConnection, id: &BatchId) -> Result<PublishOutcome, StoreError> {
+async fn publish(
+    connection: &mut AnyConnection,
+    id: &BatchId,
+    limits: &LimitSettings,
+) -> Result<PublishOutcome, StoreError> {
     let row = sqlx::query("SELECT tenant_id, idempotency_key, body_digest FROM batches WHERE id = $1")
         .bind(id.as_str())
         .fetch_one(&mut *connection)
@@ -250,6 +259,11 @@ async fn publish(connection: &mut AnyConnection, id: &BatchId) -> Result<Publish
         return Ok(if is_same { PublishOutcome::Replayed(earlier) } else { PublishOutcome::KeyReused });
     }
     let now = database::now_ms(connection).await?;
+    let requests = admission::pending(connection, id).await?;
+    if let Some(reached) = admission::full(connection, &tenant_id, limits, requests, now).await? {
+        discard(connection, id).await?;
+        return Ok(PublishOutcome::Refused(reached));
+    }
     sqlx::query(
         "UPDATE batches SET state = 'running', started_at = $1 WHERE id = $2 AND state = 'receiving'",
     )

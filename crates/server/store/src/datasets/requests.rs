@@ -9,6 +9,7 @@ use crate::boxed;
 use crate::database::Dialect;
 use crate::jobs::{JobRow, RetryOutcome};
 use crate::lifecycle::{JobKind, JobState};
+use crate::limits::{Admission, LimitReached};
 use crate::queue::{JobSubject, NewJob, QueueColumns};
 use crate::{Digest, Store, StoreError, database};
 use scene::{DatasetId, JobId, TenantId};
@@ -32,6 +33,8 @@ pub enum SubmitDatasetOutcome {
     Replayed(DatasetId),
     /// The key was used before with another body; nothing was enqueued.
     KeyReused,
+    /// A limit of the tenant leaves no room; nothing was enqueued.
+    Refused(LimitReached),
 }
 
 /// Result of a request to verify a version.
@@ -42,15 +45,20 @@ pub enum VerifyOutcome {
     /// There is no version to verify.
     NotFrozen(DatasetState),
     NotFound,
+    /// A limit of the tenant leaves no room.
+    Refused(LimitReached),
 }
 
 impl Store {
     /// Enqueues a freeze, once for each idempotency key.
     #[boxed]
     pub async fn submit_dataset(&self, new: NewDataset) -> Result<SubmitDatasetOutcome, StoreError> {
+        let admission = self.admission.clone();
         let submitted = self
             .writer
-            .write("enqueue a dataset", move |connection| Box::pin(submit(connection, new)))
+            .write("enqueue a dataset", move |connection| {
+                Box::pin(async move { submit(connection, new, &admission).await })
+            })
             .await?;
         self.announce();
         Ok(submitted)
@@ -64,10 +72,11 @@ impl Store {
         id: &DatasetId,
     ) -> Result<VerifyOutcome, StoreError> {
         let (tenant_id, id) = (tenant_id.clone(), id.clone());
+        let admission = self.admission.clone();
         let outcome = self
             .writer
             .write("enqueue a verification", move |connection| {
-                Box::pin(async move { verify(connection, &tenant_id, &id).await })
+                Box::pin(async move { verify(connection, &tenant_id, &id, &admission).await })
             })
             .await?;
         self.announce();
@@ -75,7 +84,11 @@ impl Store {
     }
 }
 
-async fn submit(connection: &mut AnyConnection, new: NewDataset) -> Result<SubmitDatasetOutcome, StoreError> {
+async fn submit(
+    connection: &mut AnyConnection,
+    new: NewDataset,
+    admission: &Admission,
+) -> Result<SubmitDatasetOutcome, StoreError> {
     if let Some(key) = &new.idempotency_key {
         let earlier =
             sqlx::query("SELECT id, body_digest FROM datasets WHERE tenant_id = $1 AND idempotency_key = $2")
@@ -94,6 +107,9 @@ async fn submit(connection: &mut AnyConnection, new: NewDataset) -> Result<Submi
         }
     }
     let now = database::now_ms(connection).await?;
+    if let Err(reached) = admission.work(connection, &new.tenant_id, now).await? {
+        return Ok(SubmitDatasetOutcome::Refused(reached));
+    }
     let columns = QueueColumns::of_new(None, &new.request, now);
     let id: DatasetId = database::parse_id(&Uuid::now_v7().to_string(), "datasets")?;
     sqlx::query(
@@ -122,6 +138,7 @@ async fn verify(
     connection: &mut AnyConnection,
     tenant_id: &TenantId,
     id: &DatasetId,
+    admission: &Admission,
 ) -> Result<VerifyOutcome, StoreError> {
     let lock = Dialect::of(connection).lock();
     let query = format!("SELECT state FROM datasets WHERE id = $1 AND tenant_id = $2 {lock}");
@@ -136,15 +153,23 @@ async fn verify(
     if state != DatasetState::Finished {
         return Ok(VerifyOutcome::NotFrozen(state));
     }
-    let started = sqlx::query(
-        "UPDATE datasets SET verify_state = 'queued'
+    // The row is locked, so that its state stays.
+    let is_idle: Option<i64> = sqlx::query_scalar(
+        "SELECT CAST(1 AS BIGINT) FROM datasets
          WHERE id = $1 AND (verify_state IS NULL OR verify_state = 'finished')",
     )
     .bind(id.as_str())
-    .execute(&mut *connection)
+    .fetch_optional(&mut *connection)
     .await?;
-    if started.rows_affected() > 0 {
+    if is_idle.is_some() {
         let now = database::now_ms(connection).await?;
+        if let Err(reached) = admission.work(connection, tenant_id, now).await? {
+            return Ok(VerifyOutcome::Refused(reached));
+        }
+        sqlx::query("UPDATE datasets SET verify_state = 'queued' WHERE id = $1")
+            .bind(id.as_str())
+            .execute(&mut *connection)
+            .await?;
         let columns = QueueColumns::of_new(None, &Value::Null, now);
         let verification = NewJob::new(tenant_id, JobKind::VerifyDataset, JobSubject::Dataset(id), columns);
         enqueue(connection, verification, id, now).await?;
@@ -157,6 +182,7 @@ pub(crate) async fn retry(
     connection: &mut AnyConnection,
     ended: &JobRow,
     tenant_id: &TenantId,
+    admission: Option<&Admission>,
     now_ms: i64,
 ) -> Result<RetryOutcome, StoreError> {
     let Some(id) = &ended.dataset_id else { return Ok(RetryOutcome::NotFound) };
@@ -169,6 +195,11 @@ pub(crate) async fn retry(
     }
     if !ended.state.is_final() {
         return Ok(RetryOutcome::StillActive);
+    }
+    if let Some(admission) = admission
+        && let Err(reached) = admission.work(connection, tenant_id, now_ms).await?
+    {
+        return Ok(RetryOutcome::Refused(reached));
     }
     let is_freeze = ended.kind == JobKind::FreezeDataset;
     let restart = match is_freeze {

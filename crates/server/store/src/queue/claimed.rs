@@ -79,10 +79,11 @@ pub(super) async fn claim(
     lease: Duration,
     max_deaths: i64,
     scope: Scope,
+    usual_running: i64,
 ) -> Result<Option<Claim>, StoreError> {
     let now = database::now_ms(connection).await?;
     rescue::rescue(connection, max_deaths, scope.job(), now).await?;
-    let Some(job_id) = turns::next_job(connection, &owner, &scope, now).await? else {
+    let Some(job_id) = turns::next_job(connection, &owner, &scope, usual_running, now).await? else {
         return Ok(None);
     };
     move_job(connection, &job_id, JobEvent::Claimed, now).await?;

@@ -15,10 +15,8 @@ use scene::JobId;
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Jobs that may wait (1..=10,000,000).
+    /// Scenes of all tenants that may wait (1..=10,000,000).
     pub max_jobs: i64,
-    /// Of them, jobs of one tenant (1..=10,000,000).
-    pub max_jobs_per_tenant: i64,
     /// Time by which a job of priority 1 counts as submitted earlier, seconds.
     pub priority_step_secs: i64,
     /// Time from the submission to the deadline of jobs whose request names none, seconds.
@@ -115,8 +113,7 @@ mod tests {
 
     #[test]
     fn rank_ages_and_priority_is_worth_its_step() {
-        let queue =
-            Settings { max_jobs: 9, max_jobs_per_tenant: 9, priority_step_secs: 600, deadline_secs: 60 };
+        let queue = Settings { max_jobs: 9, priority_step_secs: 600, deadline_secs: 60 };
         let usual = Schedule::usual(queue);
         let request = json!({ "version": 2 });
         let columns = |schedule: &Schedule, now_ms| QueueColumns::of_new(Some(schedule), &request, now_ms);

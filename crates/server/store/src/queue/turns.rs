@@ -2,7 +2,8 @@
 //!
 //! Tenants take turns: the one with the fewest active jobs comes first, then the one that was served the longest time
 //! ago. Within a tenant, ranks decide (see `schedule`). Jobs whose kind or request version this program does not know
-//! are left to newer workers, so that versions can work side by side.
+//! are left to newer workers, so that versions can work side by side. A tenant that has as many active jobs as it may
+//! waits for one of them to end (`store.limits.running_jobs`); only a worker for one stated job is not held back.
 //!
 //! A job whose process died twice since its last new checkpoint runs alone (see [`crate::deaths`]).
 
@@ -11,7 +12,7 @@ use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use crate::database::Dialect;
 use crate::deaths::IS_SUSPECT;
 use crate::lifecycle::JobKind;
-use crate::{StoreError, database, deaths};
+use crate::{StoreError, database, deaths, limits};
 use scene::{JobId, SceneRequest};
 
 /// The jobs that a worker claims.
@@ -63,11 +64,13 @@ impl Scope {
     }
 }
 
-/// The next job for `owner`, locked.
+/// The next job for `owner`, locked. `usual_running` is the limit of active jobs of a tenant without its own; 0 is
+/// none.
 pub(super) async fn next_job(
     connection: &mut AnyConnection,
     owner: &str,
     scope: &Scope,
+    usual_running: i64,
     now_ms: i64,
 ) -> Result<Option<JobId>, StoreError> {
     if let Some(job_id) = scope.job() {
@@ -80,7 +83,7 @@ pub(super) async fn next_job(
     if hands.are_bound {
         return Ok(None);
     }
-    if let Some(suspect) = suspect(connection, scope, now_ms).await? {
+    if let Some(suspect) = suspect(connection, scope, usual_running, now_ms).await? {
         if hands.are_empty {
             return Ok(Some(suspect));
         }
@@ -91,12 +94,30 @@ pub(super) async fn next_job(
     if hands.keep_free {
         return Ok(None);
     }
-    for tenant in waiting_tenants(connection).await? {
+    for Waiting { tenant, max_active } in waiting_tenants(connection, usual_running).await? {
+        if max_active > 0 && !has_room(connection, &tenant, max_active).await? {
+            continue;
+        }
         if let Some(job_id) = first_of(connection, scope, &tenant, now_ms).await? {
             return Ok(Some(job_id));
         }
     }
     Ok(None)
+}
+
+/// Whether a tenant may have another active job. Claims for one tenant exclude each other until their ends, so that
+/// two at once do not exceed its limit; the second leaves the tenant to the first, whose end wakes its worker.
+async fn has_room(connection: &mut AnyConnection, tenant: &str, max_active: i64) -> Result<bool, StoreError> {
+    if !limits::is_alone(connection, &format!("claims {tenant}")).await? {
+        return Ok(false);
+    }
+    let active: i64 = sqlx::query_scalar(
+        "SELECT COUNT(*) FROM jobs WHERE tenant_id = $1 AND state IN ('running', 'cancelling')",
+    )
+    .bind(tenant)
+    .fetch_one(connection)
+    .await?;
+    Ok(active < max_active)
 }
 
 /// Whether an operator has paused claiming, of every kind of work.
@@ -107,29 +128,47 @@ pub(crate) async fn is_paused(connection: &mut AnyConnection) -> Result<bool, St
     Ok(value.as_deref() == Some("paused"))
 }
 
-/// The first job that has to run alone, locked.
+/// The first job that has to run alone, locked. Jobs of a tenant with as many active ones as it may have wait.
 async fn suspect(
     connection: &mut AnyConnection,
     scope: &Scope,
+    usual_running: i64,
     now_ms: i64,
 ) -> Result<Option<JobId>, StoreError> {
     let lock = Dialect::of(connection).lock_free_rows();
     let query = format!(
         "SELECT id FROM jobs
          WHERE {} AND {IS_SUSPECT}
+           AND (SELECT COUNT(*) FROM jobs AS held
+                WHERE held.tenant_id = jobs.tenant_id AND held.state IN ('running', 'cancelling'))
+               < (SELECT CASE WHEN max_active > 0 THEN max_active ELSE {} END
+                  FROM (SELECT COALESCE((SELECT running_jobs FROM tenant_limits
+                                         WHERE tenant_limits.tenant_id = jobs.tenant_id), $3) AS max_active) AS own)
          ORDER BY COALESCE(rank_at, created_at), id LIMIT 1 {lock}",
-        scope.condition()
+        scope.condition(),
+        i64::MAX
     );
     let id: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
         .bind(now_ms)
         .bind(i64::from(SceneRequest::VERSION))
+        .bind(usual_running)
         .fetch_optional(connection)
         .await?;
     id.map(|id| database::parse_id(&id, "jobs")).transpose()
 }
 
-/// Tenants with waiting jobs, in the order of their turns.
-async fn waiting_tenants(connection: &mut AnyConnection) -> Result<Vec<String>, StoreError> {
+/// A tenant with waiting jobs.
+struct Waiting {
+    tenant: String,
+    /// Active jobs that it may have; 0 = any number.
+    max_active: i64,
+}
+
+/// Tenants with waiting jobs that have not all the active jobs that they may have, in the order of their turns.
+async fn waiting_tenants(
+    connection: &mut AnyConnection,
+    usual_running: i64,
+) -> Result<Vec<Waiting>, StoreError> {
     // The recursion visits each tenant once instead of each waiting job.
     let rows = sqlx::query(
         "WITH RECURSIVE waiting (tenant_id) AS (
@@ -140,17 +179,25 @@ async fn waiting_tenants(connection: &mut AnyConnection) -> Result<Vec<String>, 
              FROM waiting WHERE waiting.tenant_id IS NOT NULL
          ), active (tenant_id, jobs) AS (
              SELECT tenant_id, COUNT(*) FROM jobs WHERE state IN ('running', 'cancelling') GROUP BY tenant_id
+         ), limited (tenant_id, jobs, max_active) AS (
+             SELECT waiting.tenant_id, COALESCE(active.jobs, 0),
+                    COALESCE((SELECT running_jobs FROM tenant_limits
+                              WHERE tenant_limits.tenant_id = waiting.tenant_id), $1)
+             FROM waiting LEFT JOIN active ON active.tenant_id = waiting.tenant_id
+             WHERE waiting.tenant_id IS NOT NULL
          )
-         SELECT waiting.tenant_id AS tenant_id, COALESCE(active.jobs, 0) AS jobs,
+         SELECT limited.tenant_id AS tenant_id, limited.max_active AS max_active, limited.jobs AS jobs,
                 COALESCE((SELECT MAX(claimed_at) FROM jobs AS past
-                          WHERE past.tenant_id = waiting.tenant_id), 0) AS served_at
-         FROM waiting LEFT JOIN active ON active.tenant_id = waiting.tenant_id
-         WHERE waiting.tenant_id IS NOT NULL
+                          WHERE past.tenant_id = limited.tenant_id), 0) AS served_at
+         FROM limited WHERE limited.max_active = 0 OR limited.jobs < limited.max_active
          ORDER BY jobs, served_at, tenant_id",
     )
+    .bind(usual_running)
     .fetch_all(connection)
     .await?;
-    rows.iter().map(|row| Ok(row.try_get("tenant_id")?)).collect()
+    rows.iter()
+        .map(|row| Ok(Waiting { tenant: row.try_get("tenant_id")?, max_active: row.try_get("max_active")? }))
+        .collect()
 }
 
 /// The first job of a tenant that need not run alone.

@@ -9,6 +9,7 @@ use super::schedule::enqueue_missing;
 use super::{RecordingEventKind, RecordingState, ending, stored};
 use crate::boxed;
 use crate::database::Dialect;
+use crate::limits::{Admission, LimitReached};
 use crate::{Digest, Store, StoreError, database};
 use scene::{RecordingId, SceneId, TenantId};
 
@@ -36,6 +37,8 @@ pub enum SubmitRecordingOutcome {
     Replayed(RecordingId),
     /// The key was used before with another body; nothing was enqueued.
     KeyReused,
+    /// A limit of the tenant leaves no room; nothing was enqueued.
+    Refused(LimitReached),
 }
 
 /// Result of a cancellation.
@@ -52,9 +55,12 @@ impl Store {
     /// Enqueues a recording, once for each idempotency key.
     #[boxed]
     pub async fn submit_recording(&self, new: NewRecording) -> Result<SubmitRecordingOutcome, StoreError> {
+        let admission = self.admission.clone();
         let submitted = self
             .writer
-            .write("enqueue a recording", move |connection| Box::pin(submit(connection, new)))
+            .write("enqueue a recording", move |connection| {
+                Box::pin(async move { submit(connection, new, &admission).await })
+            })
             .await?;
         self.announce();
         Ok(submitted)
@@ -82,6 +88,7 @@ impl Store {
 async fn submit(
     connection: &mut AnyConnection,
     new: NewRecording,
+    admission: &Admission,
 ) -> Result<SubmitRecordingOutcome, StoreError> {
     if let Some(key) = &new.idempotency_key {
         let query = "SELECT id, body_digest FROM recordings WHERE tenant_id = $1 AND idempotency_key = $2";
@@ -101,6 +108,9 @@ async fn submit(
         }
     }
     let now = database::now_ms(connection).await?;
+    if let Err(reached) = admission.work(connection, &new.tenant_id, now).await? {
+        return Ok(SubmitRecordingOutcome::Refused(reached));
+    }
     let id: RecordingId = database::parse_id(&Uuid::now_v7().to_string(), "recordings")?;
     sqlx::query(
         "INSERT INTO recordings (id, tenant_id, scene_id, state, request, bundle, wanted, max_attempts, idempotency_key,

@@ -13,6 +13,7 @@ use super::super::scenes::{NewScene, SubmitOutcome};
 use super::super::{BlobPlace, DEFAULT_TENANT, DatabaseAddress, Intent, Settings};
 use super::*;
 use crate::lifecycle::JobState;
+use crate::limits::{Admission, Limit, LimitChange, LimitSettings};
 use scene::{JobId, SceneId};
 
 /// Nothing is young.
@@ -23,7 +24,6 @@ fn retention() -> RetentionSettings {
         intermediate_hours: 0,
         quarantined_hours: 0,
         deleted_hours: 24,
-        tenant_quota_bytes: 0,
     }
 }
 
@@ -339,22 +339,46 @@ async fn a_checkpoint_that_was_removed_is_not_reused((_directory, store): Opened
 }
 
 async fn usage_counts_each_blob_once_and_the_quota_compares((_directory, mut store): Opened) {
-    store.quota = std::sync::Arc::new(Quota::new(215));
+    let limits = LimitSettings { bytes: 215, ..*store.admission.settings() };
+    store.admission = std::sync::Arc::new(Admission::new(limits));
     built(&store, &["alpha"], true).await;
     built(&store, &["alpha"], true).await;
     let usage = store.usage_of(&DEFAULT_TENANT).await.expect("adds");
     assert_eq!(usage.bytes, 10 + 100 + 100, "one artifact of two scenes, and two bundles");
-    assert_eq!(store.quota(&DEFAULT_TENANT).await, QuotaOutcome::Within);
+    assert_eq!(store.full_quota(&DEFAULT_TENANT).await, None);
     let other = "other".parse().expect("an id");
     assert_eq!(store.usage_of(&other).await.expect("adds").bytes, 0);
     let scene = built(&store, &["beta"], true).await;
-    assert_eq!(store.quota(&DEFAULT_TENANT).await, QuotaOutcome::Within, "the sum is not so new");
+    assert_eq!(store.full_quota(&DEFAULT_TENANT).await, None, "the sum is not so new");
     store.quota.forget();
-    let exceeded = QuotaOutcome::Exceeded { used_bytes: 320, quota_bytes: 215 };
-    assert_eq!(store.quota(&DEFAULT_TENANT).await, exceeded);
+    let full = store.full_quota(&DEFAULT_TENANT).await.expect("there are too many bytes");
+    assert_eq!((full.limit, full.max, full.used), (Limit::Bytes, 215, 320));
     store.quota.forget();
     store.delete_scene(&DEFAULT_TENANT, &scene).await.expect("deletes");
-    assert_eq!(store.quota(&DEFAULT_TENANT).await, QuotaOutcome::Within);
+    assert_eq!(store.full_quota(&DEFAULT_TENANT).await, None);
+    // Bytes of datasets and executions count, too, and a limit of the tenant replaces that of all.
+    let added = store.writer.write("add bytes", |connection| {
+        Box::pin(async move {
+            sqlx::raw_sql(
+                "INSERT INTO datasets (id, tenant_id, name, state, request, body_digest, created_at)
+                     VALUES ('d', 'default', 'set', 'finished', '{}', 'b', 0);
+                 INSERT INTO dataset_files (dataset_id, path, digest, size, media_type)
+                     VALUES ('d', 'a', 'x', 1000, 't'), ('d', 'b', 'x', 1000, 't');
+                 INSERT INTO jobs (id, tenant_id, kind, state, created_at)
+                     VALUES ('j', 'default', 'execute_task', 'succeeded', 0);
+                 INSERT INTO executions (job_id, tenant_id, scene_id, request, bundle, answer, media_type, size)
+                     VALUES ('j', 'default', 's', '{}', 'b', 'y', 't', 30)",
+            )
+            .execute(&mut *connection)
+            .await?;
+            let change = LimitChange { limit: Limit::Bytes, value: Some(1240) };
+            crate::limits::set(connection, &DEFAULT_TENANT, &[change]).await
+        })
+    });
+    added.await.expect("adds");
+    store.quota.forget();
+    let full = store.full_quota(&DEFAULT_TENANT).await.expect("there are too many bytes");
+    assert_eq!((full.max, full.used), (1240, 1240));
 }
 
 async fn one_process_at_a_time_takes_the_turn((_directory, store): Opened) {

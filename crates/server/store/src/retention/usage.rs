@@ -3,8 +3,8 @@
 //! A sum reads a row for every artifact of the tenant, which takes minutes where there are millions. So no submission
 //! waits for one: sums are computed in the background, only where there is a quota, and a submission is compared with
 //! the newest. A sum is renewed after [`MAX_AGE`], or after [`MIN_REST`] times what it took, so that sums take a
-//! twentieth of one connection at most. A tenant can exceed its quota by what it stores in that time, and by the scenes
-//! it has in the queue; before the first sum of a process, nothing is refused.
+//! twentieth of one connection at most; so is the quota of the tenant. A tenant can exceed its quota by what it stores
+//! in that time, and by the scenes it has in the queue; before the first sum of a process, nothing is refused.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,8 +13,11 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::Instant;
 
+use sqlx::AnyConnection;
+
 use super::{Store, StoreError};
 use crate::boxed;
+use crate::limits::{Limit, LimitReached, of_tenant};
 use scene::TenantId;
 
 const MAX_AGE: Duration = Duration::from_secs(30);
@@ -23,22 +26,19 @@ const MIN_REST: u32 = 20;
 /// Time that the first submissions of a tenant wait for its first sum; small tenants are summed within it.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Bytes of the artifacts and bundles of a tenant's scenes; a blob counts once.
+/// Time after which a refused tenant may ask again: its sum is renewed by then.
+const RETRY_AFTER_SECS: i64 = MAX_AGE.as_secs() as i64;
+
+/// Bytes of the artifacts and bundles of a tenant's scenes, and of its datasets, recordings and executions; a blob
+/// counts once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TenantUsage {
     pub bytes: u64,
 }
 
-/// Whether a tenant may store more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum QuotaOutcome {
-    Within,
-    Exceeded { used_bytes: u64, quota_bytes: u64 },
-}
-
-/// The quota of every tenant, and the newest sums.
+/// The newest sums.
+#[derive(Default)]
 pub(crate) struct Quota {
-    quota_bytes: u64,
     sums: Mutex<BTreeMap<TenantId, Arc<Sum>>>,
 }
 
@@ -52,15 +52,13 @@ struct Sum {
 #[derive(Clone, Copy, Debug)]
 struct Known {
     usage: TenantUsage,
+    /// The quota of the tenant, bytes; 0 = none.
+    quota_bytes: i64,
     /// From then on it is renewed.
     old_at: Instant,
 }
 
 impl Quota {
-    pub(crate) fn new(quota_bytes: u64) -> Self {
-        Self { quota_bytes, sums: Mutex::default() }
-    }
-
     fn sum_of(&self, tenant_id: &TenantId) -> Arc<Sum> {
         let mut sums = self.sums.lock().unwrap_or_else(PoisonError::into_inner);
         let new = || Arc::new(Sum { newest: watch::Sender::new(None), computing: Mutex::default() });
@@ -75,13 +73,9 @@ impl Quota {
 }
 
 impl Store {
-    /// Compares a tenant's bytes with its quota, `store.retention.tenant_quota_bytes`. It reads no rows itself.
+    /// The limit of bytes of a tenant, if it has reached it. It reads no rows itself.
     #[boxed]
-    pub async fn quota(&self, tenant_id: &TenantId) -> QuotaOutcome {
-        let quota_bytes = self.quota.quota_bytes;
-        if quota_bytes == 0 {
-            return QuotaOutcome::Within;
-        }
+    pub async fn full_quota(&self, tenant_id: &TenantId) -> Option<LimitReached> {
         let sum = self.quota.sum_of(tenant_id);
         let mut known = *sum.newest.borrow();
         if known.is_none_or(|known| known.old_at <= Instant::now()) {
@@ -95,12 +89,10 @@ impl Store {
                 };
             }
         }
-        match known {
-            Some(known) if known.usage.bytes >= quota_bytes => {
-                QuotaOutcome::Exceeded { used_bytes: known.usage.bytes, quota_bytes }
-            }
-            _ => QuotaOutcome::Within,
-        }
+        let Known { usage, quota_bytes: max, .. } = known?;
+        let used = i64::try_from(usage.bytes).unwrap_or(i64::MAX);
+        let is_full = max > 0 && used >= max;
+        is_full.then_some(LimitReached { limit: Limit::Bytes, max, used, retry_after_secs: RETRY_AFTER_SECS })
     }
 
     /// Computes a sum in the background, unless that is under way; when it began.
@@ -114,10 +106,11 @@ impl Store {
         let (store, sum, tenant_id) = (self.clone(), sum.clone(), tenant_id.clone());
         tokio::spawn(async move {
             let _ended = Computing(&sum);
-            match store.usage_of(&tenant_id).await {
-                Ok(usage) => {
+            match store.quota_and_usage(&tenant_id).await {
+                Ok((quota_bytes, usage)) => {
                     let rest = MAX_AGE.max(began.elapsed().saturating_mul(MIN_REST));
-                    sum.newest.send_replace(Some(Known { usage, old_at: Instant::now() + rest }));
+                    let old_at = Instant::now() + rest;
+                    sum.newest.send_replace(Some(Known { usage, quota_bytes, old_at }));
                 }
                 // The store itself reports outages, once.
                 Err(error) if error.outage().is_some() => {}
@@ -129,6 +122,20 @@ impl Store {
         began
     }
 
+    /// The quota of a tenant, and its bytes; nothing is added up where there is no quota.
+    async fn quota_and_usage(&self, tenant_id: &TenantId) -> Result<(i64, TenantUsage), StoreError> {
+        let read = async {
+            let mut connection = self.readers.acquire().await?;
+            of_tenant(&mut connection, self.admission.settings(), tenant_id).await
+        };
+        let quota_bytes = self.readers.within_limit(read).await?.bytes;
+        let usage = match quota_bytes {
+            0 => TenantUsage { bytes: 0 },
+            _ => self.usage_of(tenant_id).await?,
+        };
+        Ok((quota_bytes, usage))
+    }
+
     /// A tenant's bytes now.
     ///
     /// # Errors
@@ -136,22 +143,42 @@ impl Store {
     /// A [`StoreError`] if the database does not answer.
     #[boxed]
     pub async fn usage_of(&self, tenant_id: &TenantId) -> Result<TenantUsage, StoreError> {
-        let bytes: i64 = sqlx::query_scalar(
-            "SELECT CAST(COALESCE(SUM(size), 0) AS BIGINT) FROM (
-                 SELECT artifacts.digest AS digest, artifacts.size AS size
-                 FROM artifacts JOIN scenes ON scenes.id = artifacts.scene_id
-                 WHERE scenes.tenant_id = $1 AND scenes.state <> 'deleted'
-                 UNION
-                 SELECT bundle_archives.digest, bundle_archives.size
-                 FROM bundle_archives JOIN scenes ON scenes.id = bundle_archives.scene_id
-                 WHERE scenes.tenant_id = $2 AND scenes.state <> 'deleted') AS stored",
-        )
-        .bind(tenant_id.as_str())
-        .bind(tenant_id.as_str())
-        .fetch_one(&self.readers.unhurried())
-        .await?;
-        Ok(TenantUsage { bytes: bytes.max(0) as u64 })
+        let readers = self.readers.unhurried();
+        let read = async { bytes_of(&mut *readers.acquire().await?, tenant_id).await };
+        let bytes = readers.within_limit(read).await?;
+        Ok(TenantUsage { bytes: u64::try_from(bytes).unwrap_or(0) })
     }
+}
+
+/// A tenant's bytes.
+pub(crate) async fn bytes_of(
+    connection: &mut AnyConnection,
+    tenant_id: &TenantId,
+) -> Result<i64, StoreError> {
+    Ok(sqlx::query_scalar(
+        "SELECT CAST(COALESCE(SUM(size), 0) AS BIGINT) FROM (
+             SELECT artifacts.digest AS digest, artifacts.size AS size
+             FROM artifacts JOIN scenes ON scenes.id = artifacts.scene_id
+             WHERE scenes.tenant_id = $1 AND scenes.state <> 'deleted'
+             UNION
+             SELECT bundle_archives.digest, bundle_archives.size
+             FROM bundle_archives JOIN scenes ON scenes.id = bundle_archives.scene_id
+             WHERE scenes.tenant_id = $1 AND scenes.state <> 'deleted'
+             UNION
+             SELECT dataset_files.digest, dataset_files.size
+             FROM dataset_files JOIN datasets ON datasets.id = dataset_files.dataset_id
+             WHERE datasets.tenant_id = $1
+             UNION
+             SELECT COALESCE(recording_archives.digest, recording_archives.recording_id || recording_archives.format),
+                    recording_archives.size
+             FROM recording_archives JOIN recordings ON recordings.id = recording_archives.recording_id
+             WHERE recordings.tenant_id = $1
+             UNION
+             SELECT answer, size FROM executions WHERE tenant_id = $1 AND answer IS NOT NULL) AS stored",
+    )
+    .bind(tenant_id.as_str())
+    .fetch_one(connection)
+    .await?)
 }
 
 /// Ends the note that a sum is computed, however the computation ends.

@@ -17,11 +17,11 @@ use crate::queue::AttemptOutcome;
 use crate::scenes::{DeleteOutcome, SceneFilter};
 use scene::{BatchId, MicroUsd};
 
-fn rules(window: i64) -> FeedRules {
+pub(super) fn rules(window: i64) -> FeedRules {
     FeedRules { queue: test_settings::section("queue"), window, counts_money: true }
 }
 
-fn new_batch() -> NewBatch {
+pub(super) fn new_batch() -> NewBatch {
     NewBatch {
         tenant_id: DEFAULT_TENANT.clone(),
         name: "kitchens".into(),
@@ -32,7 +32,7 @@ fn new_batch() -> NewBatch {
 }
 
 /// An item that may spend 100 millionths.
-fn item(place: u64) -> NewItem {
+pub(super) fn item(place: u64) -> NewItem {
     let content = ItemContent::Request {
         request: json!({ "seed": place }),
         labels: BTreeMap::from([("set".to_owned(), "a".to_owned())]),
@@ -48,7 +48,7 @@ async fn published(store: &Store, new: NewBatch, items: Vec<NewItem>) -> BatchId
     id
 }
 
-async fn batch_of(store: &Store, count: u64) -> BatchId {
+pub(super) async fn batch_of(store: &Store, count: u64) -> BatchId {
     published(store, new_batch(), (1..=count).map(item).collect()).await
 }
 
@@ -338,7 +338,7 @@ pub(super) async fn a_batch_leaves_half_of_the_queue_to_others(place: Place) {
     let store = place.store();
     let id = batch_of(store, 20).await;
     let mut narrow = rules(100);
-    narrow.queue.max_jobs_per_tenant = 10;
+    narrow.queue.max_jobs = 10;
     store.feed_batch(&id, narrow.clone()).await.expect("feeds");
     assert_eq!(store.job_counts().await.expect("counts")[0].1, 5);
     work(store, built(true)).await;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::lifecycle::{Failure, JobState};
+use crate::limits::Limit;
 use crate::queue::{AttemptOutcome, Schedule};
 use scene::{SceneRequest, TenantId};
 
@@ -170,28 +171,26 @@ pub(super) async fn a_full_queue_refuses_new_jobs_and_keeps_the_promise_of_keys(
         let new = NewScene { tenant_id: tenant_id.clone(), idempotency, ..new_scene() };
         let mut schedule = usual();
         schedule.queue.max_jobs = 3;
-        schedule.queue.max_jobs_per_tenant = 2;
         store.submit_scheduled(new, schedule).await.expect("answers")
     };
-    let [a, b, c] = tenants();
+    let [a, b] = tenants();
     let created = submit(&a, Some("key")).await;
     submit(&a, None).await;
+    submit(&a, None).await;
     let refused = |outcome: SubmitOutcome| match outcome {
-        SubmitOutcome::QueueFull(full) => full,
+        SubmitOutcome::Refused(reached) => reached,
         other => panic!("{other:?}"),
     };
-    let full = refused(submit(&a, None).await);
-    assert_eq!(full.limit, 2);
-    assert!((1..=60).contains(&full.retry_after_secs));
+    let reached = refused(submit(&b, None).await);
+    assert_eq!((reached.limit, reached.max, reached.used), (Limit::AllWaitingScenes, 3, 3));
+    assert!((1..=60).contains(&reached.retry_after_secs));
     // A repeated key is answered with the scene it made, whether there is room or not.
     let SubmitOutcome::Created { job_id, .. } = created else { panic!("{created:?}") };
     match submit(&a, Some("key")).await {
         SubmitOutcome::Replayed { job_id: replayed, .. } => assert_eq!(replayed, job_id),
         other => panic!("{other:?}"),
     }
-    submit(&b, None).await;
-    assert_eq!(refused(submit(&c, None).await).limit, 3);
     // A claim makes room.
     claimed(&store, "worker").await;
-    assert!(matches!(submit(&c, None).await, SubmitOutcome::Created { .. }));
+    assert!(matches!(submit(&b, None).await, SubmitOutcome::Created { .. }));
 }

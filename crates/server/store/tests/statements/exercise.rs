@@ -442,6 +442,7 @@ async fn operators(store: &Store) {
     store.queue_depth().await.unwrap();
     store.is_healthy().await.unwrap();
     store.usage_of(&DEFAULT_TENANT).await.unwrap();
+    store.full_quota(&DEFAULT_TENANT).await;
     store.takes_turn(LEASE).await.unwrap();
     store.verify(&mut |_, _| {}).await.unwrap();
 }
@@ -464,7 +465,6 @@ async fn removals(store: &Store, scene: &SceneId) {
         intermediate_hours: 1,
         quarantined_hours: 1,
         deleted_hours: 0,
-        tenant_quota_bytes: 0,
     };
     for is_dry_run in [true, false, false] {
         store.sweep(&retention, is_dry_run).await.unwrap().unwrap();
