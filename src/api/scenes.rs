@@ -18,8 +18,9 @@ use crate::schemas::words;
 use crate::schemas::{self, scene_request::StoredRequest};
 use scene::text_account::TextAccount;
 use scene::{SceneId, SceneRequest};
+use store::deletion::DeleteOutcome;
 use store::lifecycle::SceneState;
-use store::scenes::{DeleteOutcome, SceneFilter, SceneRow};
+use store::scenes::{SceneFilter, SceneRow};
 
 /// `POST /scenes`.
 pub async fn submit(

@@ -127,6 +127,7 @@ fn run_freeze(arguments: FreezeArguments) -> Result<Exit, Failure> {
     let request = FreezeRequest {
         name: arguments.name,
         version: arguments.number,
+        last_removed: 0,
         sources: arguments.from,
         batch_output: arguments.output_file,
         filter: arguments.filter,

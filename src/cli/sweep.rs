@@ -9,7 +9,7 @@ use super::options::ConfigOptions;
 use super::{Exit, Failure, runtime, terminal};
 use crate::app;
 use store::Intent;
-use store::retention::SweepReport;
+use store::retention::{ResourceRemovals, SweepReport};
 
 /// Arguments of `sweep`.
 #[derive(Debug, Args)]
@@ -47,20 +47,35 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 }
 
 fn text(report: &SweepReport) -> String {
-    let SweepReport { expired_scenes, stripped_scenes, orphaned_checkpoints, .. } = report;
-    let SweepReport {
-        quarantined_bundles, idempotency_keys, executions, purged_scenes, removed, kept, ..
-    } = report;
+    let SweepReport { stripped_scenes, orphaned_checkpoints, quarantined_bundles, .. } = report;
+    let SweepReport { idempotency_keys, executions, purged_scenes, dataset_jobs, removed, kept, .. } = report;
     let verb = if report.is_dry_run { "would be removed" } else { "removed" };
     format!(
-        "scenes past their expiry: {expired_scenes}\n\
-         scenes whose artifacts and checkpoints {verb}: {stripped_scenes}\n\
+        "scenes whose artifacts and checkpoints {verb}: {stripped_scenes}\n\
          checkpoints of no job {verb}: {orphaned_checkpoints}\n\
          bundles of quarantined scenes {verb}: {quarantined_bundles}\n\
          idempotency keys {verb}: {idempotency_keys}\n\
          executions {verb}: {executions}\n\
+         ended jobs of datasets {verb}: {dataset_jobs}\n\
          deleted scenes whose last rows {verb}: {purged_scenes}\n\
+         {}{}{}\
          blobs {verb}: {} ({} bytes); kept: {} ({} bytes)\n",
-        removed.blobs, removed.bytes, kept.blobs, kept.bytes
+        of_kind("batches", "requests", &report.batches, verb),
+        of_kind("datasets", "files", &report.datasets, verb),
+        of_kind("recordings", "files", &report.recordings, verb),
+        removed.blobs,
+        removed.bytes,
+        kept.blobs,
+        kept.bytes
+    )
+}
+
+/// The lines about resources of one kind.
+fn of_kind(kind: &str, contents: &str, removals: &ResourceRemovals, verb: &str) -> String {
+    let ResourceRemovals { expired, emptied, purged } = removals;
+    format!(
+        "{kind} whose time is over: {expired}\n\
+         deleted {kind} whose {contents} {verb}: {emptied}\n\
+         deleted {kind} whose last rows {verb}: {purged}\n"
     )
 }

@@ -94,6 +94,10 @@ async fn of_batch(store: &Store, tenant_id: &TenantId, id: &BatchId) -> Result<V
             }
         }
     }
+    // A sweep may have removed requests since, if it was deleted.
+    if store.batch(tenant_id, id).await?.is_none_or(|batch| batch.is_deleted) {
+        return Err(FreezeError::Request(format!("the batch {id} was deleted; name its scenes instead")));
+    }
     for member in &mut members {
         if let Some(scene_id) = &member.scene_id
             && let Some(scene) = store.scene(tenant_id, scene_id).await?

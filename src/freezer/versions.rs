@@ -9,8 +9,8 @@ use super::{FreezeError, Freezer, Steps, sources};
 use datasets::dataset_manifest::{self, Layout};
 use datasets::freeze::{self, FreezeRequest, FrozenDataset, Progress};
 use datasets::{licences, statistics};
-use store::Lease;
 use store::datasets::{DatasetFile, DatasetRow, FrozenVersion};
+use store::{Lease, StoreError};
 
 impl Freezer {
     /// Freezes a dataset and records the files of its version.
@@ -30,11 +30,14 @@ impl Freezer {
         let records =
             sources::gather(&self.store, tenant_id, &request.source, &folder.join("sources"), steps).await?;
         let out = folder.join("out");
+        // First, as a version that is deleted in between still counts.
+        let highest = self.store.highest_version(tenant_id, &dataset.name).await?;
         let earlier = self.store.latest_version(tenant_id, &dataset.name).await?;
         if let Some(earlier) = &earlier {
             self.place_earlier(earlier, &out).await?;
         }
-        let frozen = self.frozen(dataset, request, records, out, steps.clone()).await?;
+        let last_removed = u32::try_from(highest).unwrap_or(u32::MAX - 1);
+        let frozen = self.frozen(dataset, request, records, (out, last_removed), steps.clone()).await?;
         let manifest = &frozen.manifest;
         let paths = match &earlier {
             Some(earlier) if frozen.existed => {
@@ -58,17 +61,26 @@ impl Freezer {
 
     /// Puts the manifest of the version before in its place in the work folder.
     async fn place_earlier(&self, earlier: &DatasetRow, out: &Path) -> Result<(), FreezeError> {
-        let lost = || {
-            let message =
-                format!("the manifest of version {:?} of {} is lost", earlier.version, earlier.name);
-            FreezeError::Request(format!("{message}; restore it from a backup, or freeze under another name"))
+        let Some(manifest) = self.store.dataset_file(&earlier.id, dataset_manifest::PATH).await? else {
+            return Err(self.without_manifest(earlier).await?);
         };
-        let manifest =
-            self.store.dataset_file(&earlier.id, dataset_manifest::PATH).await?.ok_or_else(lost)?;
         let folder = out.join(&earlier.name).join(format!("v{}", earlier.version.unwrap_or(0)));
         std::fs::create_dir_all(&folder).map_err(FreezeError::file("create", &folder))?;
         let target = folder.join(dataset_manifest::PATH);
-        if sources::copy_blob(&self.store, &manifest.digest, &target).await? { Ok(()) } else { Err(lost()) }
+        match sources::copy_blob(&self.store, &manifest.digest, &target).await? {
+            true => Ok(()),
+            false => Err(self.without_manifest(earlier).await?),
+        }
+    }
+
+    /// Reason why the manifest of an earlier version is not there.
+    async fn without_manifest(&self, earlier: &DatasetRow) -> Result<FreezeError, FreezeError> {
+        let present = self.store.dataset(&earlier.tenant_id, &earlier.id).await?;
+        if present.is_none_or(|dataset| dataset.is_deleted) {
+            return Ok(StoreError::VersionGone.into());
+        }
+        let message = format!("the manifest of version {:?} of {} is lost", earlier.version, earlier.name);
+        Ok(FreezeError::Request(format!("{message}; restore it from a backup, or freeze under another name")))
     }
 
     /// Stores the files of a version as blobs, each with its row; their paths.
@@ -99,12 +111,13 @@ impl Freezer {
         dataset: &DatasetRow,
         request: DatasetRequest,
         records: PathBuf,
-        out: PathBuf,
+        (out, last_removed): (PathBuf, u32),
         steps: Steps,
     ) -> Result<FrozenDataset, FreezeError> {
         let request = FreezeRequest {
             name: dataset.name.clone(),
             version: None,
+            last_removed,
             sources: Vec::new(),
             batch_output: Some(records),
             filter: request.filter,

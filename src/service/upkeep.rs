@@ -38,9 +38,14 @@ async fn sweep_regularly(store: Store, settings: RetentionSettings, shutdown: Ca
         // A sweep can be broken off anywhere: every transaction and every removal stands alone.
         match shutdown.run_until_cancelled(store.sweep(&settings, false)).await {
             Some(Ok(Some(report))) => tracing::info!(
-                expired_scenes = report.expired_scenes,
                 stripped_scenes = report.stripped_scenes,
                 purged_scenes = report.purged_scenes,
+                emptied_batches = report.batches.emptied,
+                emptied_datasets = report.datasets.emptied,
+                emptied_recordings = report.recordings.emptied,
+                purged_batches = report.batches.purged,
+                purged_datasets = report.datasets.purged,
+                purged_recordings = report.recordings.purged,
                 removed_blobs = report.removed.blobs,
                 removed_bytes = report.removed.bytes,
                 kept_blobs = report.kept.blobs,

@@ -34,6 +34,8 @@ pub struct FreezeRequest {
     pub name: String,
     /// `None` for the version after the last one, or that version if nothing changed.
     pub version: Option<u32>,
+    /// The highest number that a version had which is gone; 0 for none. It is not given to another.
+    pub last_removed: u32,
     /// Bundles, archives, and folders of them.
     pub sources: Vec<PathBuf>,
     /// `output.jsonl` of the batch that made the scenes; its bundles are sources, too.
@@ -90,7 +92,7 @@ pub fn freeze(
         return Ok(FrozenDataset { folder, manifest, existed: true, kept: 0 });
     }
     let last = latest.as_ref().map_or(0, |(manifest, _)| manifest.version);
-    let version = request.version.unwrap_or(last + 1);
+    let version = request.version.unwrap_or(last.max(request.last_removed) + 1);
     if version <= last {
         return Err(DatasetError::Request(format!(
             "{} has version {last}, and a version never changes; freeze version {} or leave the number out",

@@ -5,7 +5,7 @@
 //! window of them is in the queue, and settles those that have ended: the item then has its final state, its error and
 //! its cost. An item gets its scene in the transaction that changes its state, and the transaction holds the batch's
 //! row, so processes may feed the same batch, and die, at any time: every item is submitted exactly once. [`control`]
-//! cancels and retries, [`account`] counts, [`output`] lists results.
+//! cancels and retries, [`deletion`] deletes, [`account`] counts, [`output`] lists results.
 
 mod receive;
 mod admission;
@@ -14,6 +14,7 @@ mod feed;
 mod begin;
 mod settle;
 mod control;
+mod deletion;
 mod account;
 mod output;
 
@@ -32,6 +33,7 @@ use scene::{BatchId, JobId, MicroUsd, SceneId, TenantId};
 pub use account::{BatchAccount, BatchMoney};
 pub(super) use admission::unsettled;
 pub use control::{BatchCancelOutcome, BatchRetryOutcome};
+pub use deletion::BatchScenes;
 pub use expansion::{RecipeRest, RestCounts};
 pub use feed::{Fed, FeedRules};
 pub use output::{ItemRow, OutputKind};
@@ -64,6 +66,7 @@ pub struct BatchRow {
     /// Begin of the present run; a retry begins another one.
     pub started_at_ms: i64,
     pub finished_at_ms: Option<i64>,
+    pub is_deleted: bool,
 }
 
 /// Filter of a list of batches.
@@ -76,7 +79,7 @@ pub struct BatchFilter {
 }
 
 impl Store {
-    /// A batch of the tenant.
+    /// A batch of the tenant, including deleted batches.
     #[boxed]
     pub async fn batch(&self, tenant_id: &TenantId, id: &BatchId) -> Result<Option<BatchRow>, StoreError> {
         let row =
@@ -95,7 +98,7 @@ impl Store {
         tenant_id: &TenantId,
         filter: BatchFilter,
     ) -> Result<Vec<BatchRow>, StoreError> {
-        let list = ListQuery::of(tenant_id);
+        let list = ListQuery::of(tenant_id).fixed("deleted_at IS NULL");
         let list = match filter.state {
             Some(state) => list.word("state", Some(state.as_str())),
             None => list.fixed("state <> 'receiving'"),
@@ -124,7 +127,9 @@ pub(super) async fn scene_retried(
 ) -> Result<(), StoreError> {
     let batch_id: Option<String> = sqlx::query_scalar(
         "UPDATE batch_items SET state = 'submitted', job_id = $1, error = NULL, settled_at = NULL
-         WHERE scene_id = $2 AND state IN ('failed', 'quarantined', 'cancelled') RETURNING batch_id",
+         WHERE scene_id = $2 AND state IN ('failed', 'quarantined', 'cancelled')
+           AND (SELECT deleted_at FROM batches WHERE batches.id = batch_items.batch_id) IS NULL
+         RETURNING batch_id",
     )
     .bind(job_id.as_str())
     .bind(scene_id.as_str())
@@ -170,6 +175,7 @@ fn batch_of(row: &AnyRow) -> Result<BatchRow, StoreError> {
         created_at_ms: row.try_get("created_at")?,
         started_at_ms: row.try_get("started_at")?,
         finished_at_ms: row.try_get("finished_at")?,
+        is_deleted: row.try_get::<Option<i64>, _>("deleted_at")?.is_some(),
     })
 }
 

@@ -4,6 +4,7 @@
 //! [`crate::queue`]): their worker records files and the result under the job's lease, and the state of the dataset
 //! follows that of its job. Freezes of one name follow each other.
 
+mod deletion;
 mod files;
 mod requests;
 mod result;
@@ -78,6 +79,7 @@ pub struct DatasetRow {
     pub verification: Option<Value>,
     /// Steps of the work in progress that are done, and all.
     pub steps: (i64, i64),
+    pub is_deleted: bool,
     /// Milliseconds since 1970.
     pub created_at_ms: i64,
     pub finished_at_ms: Option<i64>,
@@ -94,7 +96,7 @@ pub struct DatasetFilter {
 }
 
 impl Store {
-    /// A dataset of the tenant.
+    /// A dataset of the tenant, including deleted datasets.
     #[boxed]
     pub async fn dataset(
         &self,
@@ -117,6 +119,7 @@ impl Store {
         filter: DatasetFilter,
     ) -> Result<Vec<DatasetRow>, StoreError> {
         let list = ListQuery::of(tenant_id)
+            .fixed("deleted_at IS NULL")
             .word("state", filter.state.map(DatasetState::as_str))
             .text("name =", filter.name)
             .text("id <", filter.before_id);
@@ -124,7 +127,7 @@ impl Store {
         rows.iter().map(dataset_of).collect()
     }
 
-    /// The newest version of a name.
+    /// The newest version of a name that is not deleted.
     #[boxed]
     pub async fn latest_version(
         &self,
@@ -132,7 +135,7 @@ impl Store {
         name: &str,
     ) -> Result<Option<DatasetRow>, StoreError> {
         let row = sqlx::query(
-            "SELECT * FROM datasets WHERE tenant_id = $1 AND name = $2 AND state = 'finished'
+            "SELECT * FROM datasets WHERE tenant_id = $1 AND name = $2 AND state = 'finished' AND deleted_at IS NULL
              ORDER BY version DESC, id LIMIT 1",
         )
         .bind(tenant_id.as_str())
@@ -140,6 +143,21 @@ impl Store {
         .fetch_optional(&self.readers)
         .await?;
         row.as_ref().map(dataset_of).transpose()
+    }
+
+    /// The highest number that a version of a name has, or had while others of the name stay; 0 without one. Deleted
+    /// versions count, so that no number stands for two versions.
+    #[boxed]
+    pub async fn highest_version(&self, tenant_id: &TenantId, name: &str) -> Result<i64, StoreError> {
+        let highest: Option<i64> = sqlx::query_scalar(
+            "SELECT version FROM datasets WHERE tenant_id = $1 AND name = $2 AND version IS NOT NULL
+             ORDER BY version DESC LIMIT 1",
+        )
+        .bind(tenant_id.as_str())
+        .bind(name)
+        .fetch_optional(&self.readers)
+        .await?;
+        Ok(highest.unwrap_or(0))
     }
 }
 
@@ -167,6 +185,7 @@ fn dataset_of(row: &AnyRow) -> Result<DatasetRow, StoreError> {
         verify_state: row.try_get("verify_state")?,
         verification: json("verification")?,
         steps: (row.try_get("steps_done")?, row.try_get("steps_all")?),
+        is_deleted: row.try_get::<Option<i64>, _>("deleted_at")?.is_some(),
         created_at_ms: row.try_get("created_at")?,
         finished_at_ms: row.try_get("finished_at")?,
     })

@@ -44,6 +44,8 @@ pub enum StoreError {
     BlobDamaged { name: String },
     #[error("the checkpoint was removed; the stage runs again")]
     CheckpointGone,
+    #[error("the earlier version of the dataset was deleted meanwhile; freeze again")]
+    VersionGone,
     #[error("{0:?} is no SHA-256 digest (64 lower-case hex digits)")]
     InvalidDigest(String),
 }
@@ -76,6 +78,7 @@ impl StoreError {
             | Self::Corrupt { .. }
             | Self::BlobDamaged { .. }
             | Self::CheckpointGone
+            | Self::VersionGone
             | Self::InvalidDigest(_) => None,
         }
     }

@@ -56,6 +56,7 @@ pub mod calls;
 pub mod tasks;
 pub mod answers;
 pub mod rebuild;
+pub mod deletion;
 pub mod retention;
 pub mod backup;
 #[cfg(all(test, feature = "postgres"))]

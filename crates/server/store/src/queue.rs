@@ -291,6 +291,24 @@ pub(super) async fn cancel(
     Ok(CancelOutcome::Accepted(move_job(connection, &job_id, JobEvent::CancelRequested, now).await?))
 }
 
+/// Requests the cancellation of every active job with this id in a column such as `scene_id`.
+pub(super) async fn cancel_jobs_of(
+    connection: &mut AnyConnection,
+    column: &'static str,
+    id: &str,
+    now_ms: i64,
+) -> Result<(), StoreError> {
+    let query = format!(
+        "SELECT id FROM jobs WHERE {column} = $1 AND state IN ('queued', 'running', 'cancelling') ORDER BY id"
+    );
+    let jobs: Vec<String> =
+        sqlx::query_scalar(AssertSqlSafe(query)).bind(id).fetch_all(&mut *connection).await?;
+    for job in jobs {
+        move_job(connection, &database::parse_id(&job, "jobs")?, JobEvent::CancelRequested, now_ms).await?;
+    }
+    Ok(())
+}
+
 /// Applies an event to a job inside the caller's transaction, with its side effects: leaving `running` releases the
 /// lease, a final state sets the end time, a dataset follows its job, a cancellation ends what the job works on.
 pub(super) async fn move_job(

@@ -8,6 +8,7 @@
 //! and stay.
 
 mod attempts;
+mod deletion;
 mod schedule;
 mod dataset;
 mod ending;
@@ -102,6 +103,7 @@ pub struct RecordingRow {
     pub created_at_ms: i64,
     pub started_at_ms: Option<i64>,
     pub finished_at_ms: Option<i64>,
+    pub is_deleted: bool,
 }
 
 /// Filter of a list of recordings.
@@ -115,7 +117,7 @@ pub struct RecordingFilter {
 }
 
 impl Store {
-    /// A recording of the tenant.
+    /// A recording of the tenant, including deleted recordings.
     #[boxed]
     pub async fn recording(
         &self,
@@ -138,6 +140,7 @@ impl Store {
         filter: RecordingFilter,
     ) -> Result<Vec<RecordingRow>, StoreError> {
         let list = ListQuery::of(tenant_id)
+            .fixed("deleted_at IS NULL")
             .word("state", filter.state.map(RecordingState::as_str))
             .text("scene_id =", filter.scene_id)
             .text("id <", filter.before_id);
@@ -187,5 +190,6 @@ fn recording_of(row: &AnyRow) -> Result<RecordingRow, StoreError> {
         created_at_ms: row.try_get("created_at")?,
         started_at_ms: row.try_get("started_at")?,
         finished_at_ms: row.try_get("finished_at")?,
+        is_deleted: row.try_get::<Option<i64>, _>("deleted_at")?.is_some(),
     })
 }

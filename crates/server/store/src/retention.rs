@@ -1,18 +1,20 @@
-//! Retention: what deleted and finished scenes give back, and when.
+//! Retention: what deleted and finished scenes, datasets, batches and recordings give back, and when.
 //!
 //! A sweep removes rows first, in small transactions, and then every blob that no row refers to:
 //!
-//! 1. Scenes past their expiry are deleted, with their jobs canceled.
+//! 1. Batches, datasets and recordings whose time is over are deleted. Those that are deleted lose their contents:
+//!    items, files, archives. Scenes of a batch that was deleted with them are deleted.
 //! 2. A deleted scene loses its artifacts, bundle, answers of remote models, and the checkpoints that no other scene
 //!    uses. A finished scene loses the same but its bundle, once it is old.
-//! 3. Bundles of quarantined scenes and idempotency keys end after their time.
-//! 4. The remaining rows of deleted scenes end last.
+//! 3. Bundles of quarantined scenes, old jobs of datasets, executions and idempotency keys end after their time.
+//! 4. The remaining rows of what is deleted end last.
 //! 5. References are read (mark), then blobs are listed (sweep). A blob is removed if it has no reference and is older
 //!    than the grace period, which is longer than any stage: a stage puts its blobs before its row.
 //!
 //! Memory is bounded: with many references, several passes each read the references to a part of the digests.
 
 mod references;
+mod resources;
 mod rows;
 pub(crate) mod usage;
 
@@ -27,6 +29,7 @@ use crate::boxed;
 
 pub use references::ReferenceKind;
 pub(crate) use references::for_each_reference;
+pub use resources::ResourceRemovals;
 pub(crate) use usage::Quota;
 pub use usage::TenantUsage;
 
@@ -46,16 +49,23 @@ pub struct RetentionSettings {
     pub intermediate_hours: u64,
     /// Time that the bundle of a quarantined scene stays, hours; 0 = as long as the scene.
     pub quarantined_hours: u64,
-    /// Time that the last rows of a deleted scene stay (its jobs, events and ledger), hours.
+    /// Time that the last rows of a deleted scene (its jobs, events and ledger), dataset, batch or recording stay,
+    /// hours.
     pub deleted_hours: u64,
+    /// Time that a batch stays that has ended, with its requests and results, hours; 0 = until it is deleted.
+    pub ended_batch_hours: u64,
+    /// Time that a recording stays that failed or was cancelled, hours; 0 = until it is deleted.
+    pub failed_recording_hours: u64,
+    /// Time that a dataset stays whose freeze failed, hours; 0 = until it is deleted.
+    pub failed_dataset_hours: u64,
+    /// Time that ended jobs of a dataset stay with their events, but its newest, hours; 0 = as long as the dataset.
+    pub dataset_job_hours: u64,
 }
 
 /// Result of a sweep; in a dry run, what it would do.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SweepReport {
     pub is_dry_run: bool,
-    /// Scenes whose time was over.
-    pub expired_scenes: u64,
     /// Scenes whose artifacts and checkpoints were removed.
     pub stripped_scenes: u64,
     /// Checkpoints that no job names any more.
@@ -66,6 +76,11 @@ pub struct SweepReport {
     pub executions: u64,
     /// Deleted scenes whose last rows were removed.
     pub purged_scenes: u64,
+    pub batches: ResourceRemovals,
+    pub datasets: ResourceRemovals,
+    pub recordings: ResourceRemovals,
+    /// Ended jobs of datasets whose time was over.
+    pub dataset_jobs: u64,
     /// Blobs without a reference.
     pub removed: Volume,
     pub kept: Volume,

@@ -10,10 +10,11 @@ use uuid::Uuid;
 use super::jobs::{JOINED_COLUMNS, JobRow, job_in};
 use super::limits::{Admission, LimitReached};
 use super::list_query::ListQuery;
-use super::queue::{NewJob, QueueColumns, Schedule};
-use super::{Store, StoreError, database, queue};
+use super::queue::{NewJob, QueueColumns, Schedule, cancel_jobs_of};
+use super::{Store, StoreError, database};
 use crate::boxed;
-use crate::lifecycle::{JobEvent, JobState, SceneState};
+use crate::deletion::DeleteOutcome;
+use crate::lifecycle::SceneState;
 use scene::{JobId, SceneId, TenantId};
 
 /// Lifetime of an idempotency key.
@@ -89,14 +90,6 @@ pub struct SceneFilter {
     /// Only scenes older than this id, the last id of the previous page.
     pub before_id: Option<SceneId>,
     pub limit: u32,
-}
-
-/// Result of a deletion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DeleteOutcome {
-    /// The scene is deleted now, or was already.
-    Done,
-    NotFound,
 }
 
 impl Store {
@@ -298,28 +291,22 @@ pub(super) async fn delete(
     id: SceneId,
 ) -> Result<DeleteOutcome, StoreError> {
     let now = database::now_ms(connection).await?;
-    let changed =
-        sqlx::query("UPDATE scenes SET state = 'deleted', stripped_at = NULL, updated_at = $1 WHERE id = $2 AND tenant_id = $3")
-            .bind(now)
-            .bind(id.as_str())
-            .bind(tenant_id.as_str())
-            .execute(&mut *connection)
-            .await?;
+    // Deleted again, it is removed no later.
+    let changed = sqlx::query(
+        "UPDATE scenes SET state = 'deleted',
+                           stripped_at = CASE WHEN state = 'deleted' THEN stripped_at END,
+                           updated_at = CASE WHEN state = 'deleted' THEN updated_at ELSE $1 END
+         WHERE id = $2 AND tenant_id = $3",
+    )
+    .bind(now)
+    .bind(id.as_str())
+    .bind(tenant_id.as_str())
+    .execute(&mut *connection)
+    .await?;
     if changed.rows_affected() == 0 {
         return Ok(DeleteOutcome::NotFound);
     }
-    let jobs = sqlx::query("SELECT id, state FROM jobs WHERE scene_id = $1")
-        .bind(id.as_str())
-        .fetch_all(&mut *connection)
-        .await?;
-    for job in jobs {
-        let state: String = job.try_get("state")?;
-        let active = JobState::parse(&state).is_some_and(|state| !state.is_final());
-        if active {
-            queue::move_job(connection, &database::id(&job, "jobs", "id")?, JobEvent::CancelRequested, now)
-                .await?;
-        }
-    }
+    cancel_jobs_of(connection, "scene_id", id.as_str(), now).await?;
     Ok(DeleteOutcome::Done)
 }
 

@@ -11,6 +11,7 @@ mod batches;
 mod datasets;
 mod recordings;
 mod recording_events;
+mod deletion;
 mod claims;
 mod turns;
 mod deaths;
@@ -135,6 +136,14 @@ conformance! {
     recording_events::every_change_has_an_event_with_the_progress_after_it,
     recording_events::ends_and_new_beginnings_have_events,
     recording_events::attempts_kept_at_once_have_events_without_gaps,
+    deletion::a_dataset_that_is_deleted_stops_and_goes,
+    deletion::a_version_stays_whole_when_others_and_its_scenes_go,
+    deletion::a_number_of_a_version_is_not_used_again,
+    deletion::a_recording_that_is_deleted_stops_and_goes,
+    deletion::a_batch_that_is_deleted_leaves_its_scenes_unless_they_go_with_it,
+    deletion::scenes_left_by_a_dead_process_go_with_their_batch,
+    deletion::what_has_ended_goes_after_its_time,
+    deletion::all_rows_and_blobs_go_with_what_is_deleted,
     claims::jobs_are_claimed_oldest_first_and_once_each,
     claims::a_claim_may_be_restricted_to_one_job,
     claims::an_expired_lease_is_claimed_again_with_the_next_epoch,

@@ -214,6 +214,7 @@ impl Place {
         FreezeRequest {
             name: "mugs".to_owned(),
             version: None,
+            last_removed: 0,
             sources: vec![self.path("bundles")],
             batch_output: None,
             filter: Filter::default(),

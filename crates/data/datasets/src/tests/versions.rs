@@ -66,6 +66,19 @@ fn a_version_never_changes() {
 }
 
 #[test]
+fn the_number_of_a_version_that_is_gone_is_not_used_again() {
+    let place = Place::with_scenes();
+    place.freeze("out");
+    let later = FreezeRequest { last_removed: 4, ..place.request("out") };
+    let same = freeze(&later, &mut |_| {}).expect("a dataset");
+    assert_eq!((same.existed, same.manifest.version), (true, 1), "the set is that of version 1");
+    fs::remove_file(place.path("bundles/scene11.zip")).expect("a file");
+    let another = freeze(&later, &mut |_| {}).expect("a dataset");
+    assert_eq!((another.existed, another.manifest.version), (false, 5));
+    assert_eq!(another.manifest.changes.expect("changes").removed.len(), 1, "since version 1");
+}
+
+#[test]
 fn filters_select_by_certificate_and_content() {
     let place = Place::new();
     let bundles = place.path("bundles");

@@ -3,8 +3,7 @@
 use ::batches::{BatchState, OutputError};
 use sqlx::AnyConnection;
 
-use super::{admission, expansion};
-use super::{error_text, locked};
+use super::{BatchRow, admission, error_text, expansion, locked};
 use crate::boxed;
 use crate::limits::{self, LimitReached, LimitSettings};
 use crate::{Store, StoreError, database, queue};
@@ -81,20 +80,41 @@ async fn cancel(
     tenant_id: &TenantId,
     id: &BatchId,
 ) -> Result<BatchCancelOutcome, StoreError> {
-    let Some(batch) = locked(connection, id).await?.filter(|batch| batch.tenant_id == *tenant_id) else {
+    let Some(batch) = of_tenant(connection, tenant_id, id).await? else {
         return Ok(BatchCancelOutcome::NotFound);
     };
     if batch.state.is_final() {
         return Ok(BatchCancelOutcome::TooLate(batch.state));
     }
     let now = database::now_ms(connection).await?;
+    cancel_items(connection, &batch, now).await?;
+    Ok(BatchCancelOutcome::Accepted)
+}
+
+/// Locks a batch of the tenant that is not deleted.
+async fn of_tenant(
+    connection: &mut AnyConnection,
+    tenant_id: &TenantId,
+    id: &BatchId,
+) -> Result<Option<BatchRow>, StoreError> {
+    let batch = locked(connection, id).await?;
+    Ok(batch.filter(|batch| batch.tenant_id == *tenant_id && !batch.is_deleted))
+}
+
+/// Cancels the pending items of a locked batch, and the jobs of the others.
+pub(super) async fn cancel_items(
+    connection: &mut AnyConnection,
+    batch: &BatchRow,
+    now_ms: i64,
+) -> Result<(), StoreError> {
+    let id = &batch.id;
     let message = "the batch was cancelled before the request began; retry the batch to make its scene";
     sqlx::query(
         "UPDATE batch_items SET state = 'cancelled', error = $1, settled_at = $2
          WHERE batch_id = $3 AND state = 'pending'",
     )
     .bind(error_text(&OutputError::new("cancelled", message)))
-    .bind(now)
+    .bind(now_ms)
     .bind(id.as_str())
     .execute(&mut *connection)
     .await?;
@@ -112,9 +132,9 @@ async fn cancel(
     for job in jobs {
         let job_id: JobId = database::parse_id(&job, "batch_items")?;
         // A job that has ended already keeps its result.
-        queue::cancel(connection, tenant_id.clone(), job_id).await?;
+        queue::cancel(connection, batch.tenant_id.clone(), job_id).await?;
     }
-    Ok(BatchCancelOutcome::Accepted)
+    Ok(())
 }
 
 async fn retry(
@@ -126,7 +146,7 @@ async fn retry(
 ) -> Result<BatchRetryOutcome, StoreError> {
     // Before the batch is locked, as submissions lock it before all else.
     limits::one_at_a_time(connection, &limits::submissions_of(tenant_id)).await?;
-    let Some(batch) = locked(connection, id).await?.filter(|batch| batch.tenant_id == *tenant_id) else {
+    let Some(batch) = of_tenant(connection, tenant_id, id).await? else {
         return Ok(BatchRetryOutcome::NotFound);
     };
     if batch.state == BatchState::Cancelling {

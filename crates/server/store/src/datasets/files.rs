@@ -1,10 +1,11 @@
 //! Files of a version. Each is recorded as soon as its blob is there, so that no sweep takes the blob.
 
 use sqlx::any::AnyRow;
-use sqlx::{AnyConnection, Row};
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::DatasetRow;
 use crate::boxed;
+use crate::database::Dialect;
 use crate::queue::{guard, note_progress};
 use crate::{Digest, Lease, Store, StoreError, database};
 use scene::DatasetId;
@@ -80,7 +81,8 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`StoreError::LeaseLost`] if the lease is no longer valid.
+    /// [`StoreError::LeaseLost`] if the lease is no longer valid, [`StoreError::VersionGone`] if the earlier one was
+    /// deleted.
     #[boxed]
     pub async fn share_dataset_files(&self, lease: &Lease, earlier: &DatasetRow) -> Result<(), StoreError> {
         let (lease, earlier) = (lease.clone(), earlier.id.clone());
@@ -89,6 +91,17 @@ impl Store {
                 Box::pin(async move {
                     guard(connection, &lease).await?;
                     let id = dataset_of_job(connection, &lease).await?;
+                    // The lock keeps a deletion, and the sweep that follows it, waiting until the files are shared.
+                    let lock = Dialect::of(connection).lock();
+                    let query =
+                        format!("SELECT id FROM datasets WHERE id = $1 AND deleted_at IS NULL {lock}");
+                    let is_there: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
+                        .bind(earlier.as_str())
+                        .fetch_optional(&mut *connection)
+                        .await?;
+                    if is_there.is_none() {
+                        return Err(StoreError::VersionGone);
+                    }
                     sqlx::query("DELETE FROM dataset_files WHERE dataset_id = $1")
                         .bind(id.as_str())
                         .execute(&mut *connection)

@@ -141,7 +141,8 @@ async fn verify(
     admission: &Admission,
 ) -> Result<VerifyOutcome, StoreError> {
     let lock = Dialect::of(connection).lock();
-    let query = format!("SELECT state FROM datasets WHERE id = $1 AND tenant_id = $2 {lock}");
+    let query =
+        format!("SELECT state FROM datasets WHERE id = $1 AND tenant_id = $2 AND deleted_at IS NULL {lock}");
     let state: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
         .bind(id.as_str())
         .bind(tenant_id.as_str())
@@ -187,10 +188,11 @@ pub(crate) async fn retry(
 ) -> Result<RetryOutcome, StoreError> {
     let Some(id) = &ended.dataset_id else { return Ok(RetryOutcome::NotFound) };
     let lock = Dialect::of(connection).lock();
-    let query = format!("SELECT name, state, job_id FROM datasets WHERE id = $1 {lock}");
+    let query = format!("SELECT name, state, job_id, deleted_at FROM datasets WHERE id = $1 {lock}");
     let row = sqlx::query(AssertSqlSafe(query)).bind(id.as_str()).fetch_one(&mut *connection).await?;
     let newest: Option<JobId> = database::optional_id(&row, "datasets", "job_id")?;
-    if newest.as_ref() != Some(&ended.id) || ended.state == JobState::Succeeded {
+    let is_deleted = row.try_get::<Option<i64>, _>("deleted_at")?.is_some();
+    if is_deleted || newest.as_ref() != Some(&ended.id) || ended.state == JobState::Succeeded {
         return Ok(RetryOutcome::NothingToRepeat);
     }
     if !ended.state.is_final() {

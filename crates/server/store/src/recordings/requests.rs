@@ -140,7 +140,9 @@ async fn cancel(
     id: &RecordingId,
 ) -> Result<CancelRecordingOutcome, StoreError> {
     let lock = Dialect::of(connection).lock();
-    let query = format!("SELECT state FROM recordings WHERE id = $1 AND tenant_id = $2 {lock}");
+    let query = format!(
+        "SELECT state FROM recordings WHERE id = $1 AND tenant_id = $2 AND deleted_at IS NULL {lock}"
+    );
     let state: Option<String> = sqlx::query_scalar(AssertSqlSafe(query))
         .bind(id.as_str())
         .bind(tenant_id.as_str())

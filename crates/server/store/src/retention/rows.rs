@@ -2,8 +2,9 @@
 
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
+use super::super::database;
 use super::super::database::Dialect;
-use super::super::{database, scenes};
+use super::resources::EndTimes;
 use super::{RetentionSettings, Store, StoreError, SweepReport};
 use scene::SceneId;
 
@@ -13,13 +14,38 @@ const PAGE_SCENES: i64 = 100;
 const PAGE_KEYS: i64 = 1000;
 /// Pages that one transaction returns, 4 KiB each.
 const RETURNED_PAGES: i64 = 500;
-/// Executions that one transaction removes.
-const MAX_EXECUTIONS: i64 = 100;
+/// Ended jobs that one transaction removes.
+const MAX_JOBS: i64 = 100;
 const HOUR_MS: i64 = 3_600_000;
 
 /// Condition on a scene that no job works on.
 const IS_IDLE: &str = "NOT EXISTS (SELECT 1 FROM jobs WHERE jobs.scene_id = scenes.id
                                    AND jobs.state IN ('queued', 'running', 'cancelling'))";
+
+/// Jobs that a sweep removes once they have ended long ago.
+struct JobRemoval {
+    /// On a row of `jobs`.
+    condition: &'static str,
+    /// The statements that remove a job, in the order that their references want.
+    statements: &'static [&'static str],
+}
+
+const EXECUTIONS: JobRemoval = JobRemoval {
+    condition: "kind = 'execute_task'",
+    statements: &[
+        "DELETE FROM executions WHERE job_id = $1",
+        "DELETE FROM events WHERE job_id = $1",
+        "DELETE FROM jobs WHERE id = $1",
+    ],
+};
+
+/// The newest job of a dataset stays, and what it repeats.
+const JOBS_OF_DATASETS: JobRemoval = JobRemoval {
+    condition: "dataset_id IS NOT NULL
+        AND id <> COALESCE((SELECT job_id FROM datasets WHERE datasets.id = jobs.dataset_id), '')
+        AND NOT EXISTS (SELECT 1 FROM jobs AS later WHERE later.retry_of = jobs.id)",
+    statements: &["DELETE FROM events WHERE job_id = $1", "DELETE FROM jobs WHERE id = $1"],
+};
 
 /// The statements that remove the last rows of a scene, in the order that their references want.
 const PURGES: [&str; 9] = [
@@ -49,11 +75,13 @@ impl Store {
         };
         let dry_run = report.is_dry_run;
 
-        let expired = Selection {
-            condition: "state <> 'deleted' AND expires_at IS NOT NULL AND expires_at <= $1".to_owned(),
-            time: "expires_at",
+        let times = EndTimes {
+            batches: before(settings.ended_batch_hours),
+            datasets: before(settings.failed_dataset_hours),
+            recordings: before(settings.failed_recording_hours),
         };
-        report.expired_scenes = self.each_scene(&expired, now, dry_run, Treatment::Delete).await?;
+        // First, as scenes may go with their batch.
+        self.empty_resources(&times, report).await?;
 
         // All deleted scenes, whatever the time.
         let deleted =
@@ -79,7 +107,10 @@ impl Store {
             .await?;
 
         report.idempotency_keys = self.remove_idempotency_keys(now, dry_run).await?;
-        report.executions = self.remove_executions(before(settings.intermediate_hours), dry_run).await?;
+        report.executions =
+            self.remove_jobs(&EXECUTIONS, before(settings.intermediate_hours), dry_run).await?;
+        report.dataset_jobs =
+            self.remove_jobs(&JOBS_OF_DATASETS, before(settings.dataset_job_hours), dry_run).await?;
 
         let purged = Selection::unchanged_since(&format!(
             "state = 'deleted' AND stripped_at IS NOT NULL AND {IS_IDLE}
@@ -89,6 +120,7 @@ impl Store {
         let end =
             now.saturating_sub(i64::try_from(settings.deleted_hours).unwrap_or(i64::MAX / HOUR_MS) * HOUR_MS);
         report.purged_scenes = self.each_scene(&purged, end, dry_run, Treatment::Purge).await?;
+        self.purge_resources(end, report).await?;
         if dry_run {
             return Ok(());
         }
@@ -96,13 +128,16 @@ impl Store {
         self.return_free_pages().await
     }
 
-    /// Removes executions that ended before `end_ms`, with their jobs, at most [`MAX_EXECUTIONS`] in one transaction;
-    /// their number.
-    async fn remove_executions(&self, end_ms: i64, dry_run: bool) -> Result<u64, StoreError> {
-        const ENDED: &str = "SELECT id FROM jobs WHERE kind = 'execute_task' AND finished_at <= $1
-            ORDER BY finished_at LIMIT $2";
+    /// Removes jobs that ended before `end_ms`, at most [`MAX_JOBS`] in one transaction; their number.
+    async fn remove_jobs(
+        &self,
+        jobs: &'static JobRemoval,
+        end_ms: i64,
+        dry_run: bool,
+    ) -> Result<u64, StoreError> {
+        let ended = format!("SELECT id FROM jobs WHERE {} AND finished_at <= $1 LIMIT $2", jobs.condition);
         if dry_run {
-            let ended = format!("SELECT COUNT(*) FROM ({ENDED}) AS ended");
+            let ended = format!("SELECT COUNT(*) FROM ({ended}) AS ended");
             let count: i64 = sqlx::query_scalar(AssertSqlSafe(ended))
                 .bind(end_ms)
                 .bind(i64::MAX)
@@ -112,20 +147,17 @@ impl Store {
         }
         let mut removed = 0;
         loop {
-            let ended = self.writer.write("remove executions", move |connection| {
+            let ended = ended.clone();
+            let ended = self.writer.write("remove ended jobs", move |connection| {
                 Box::pin(async move {
-                    let ended: Vec<String> = sqlx::query_scalar(ENDED)
+                    let ended: Vec<String> = sqlx::query_scalar(AssertSqlSafe(ended))
                         .bind(end_ms)
-                        .bind(MAX_EXECUTIONS)
+                        .bind(MAX_JOBS)
                         .fetch_all(&mut *connection)
                         .await?;
                     for id in &ended {
-                        for query in [
-                            "DELETE FROM executions WHERE job_id = $1",
-                            "DELETE FROM events WHERE job_id = $1",
-                            "DELETE FROM jobs WHERE id = $1",
-                        ] {
-                            sqlx::query(query).bind(id).execute(&mut *connection).await?;
+                        for query in jobs.statements {
+                            sqlx::query(*query).bind(id).execute(&mut *connection).await?;
                         }
                     }
                     Ok(ended.len() as u64)
@@ -133,7 +165,7 @@ impl Store {
             });
             let ended = ended.await?;
             removed += ended;
-            if ended < MAX_EXECUTIONS.unsigned_abs() {
+            if ended < MAX_JOBS.unsigned_abs() {
                 return Ok(removed);
             }
         }
@@ -162,8 +194,7 @@ impl Store {
         }
     }
 
-    /// Treats every selected scene, with `$1` = `time_ms`; their number. Pages follow the index of the selection's
-    /// time.
+    /// Treats every selected scene, with `$1` = `time_ms`; their number.
     async fn each_scene(
         &self,
         selection: &Selection,
@@ -171,10 +202,10 @@ impl Store {
         dry_run: bool,
         treatment: Treatment,
     ) -> Result<u64, StoreError> {
-        let Selection { condition, time } = selection;
+        let Selection { condition } = selection;
         let sql = format!(
-            "SELECT id, {time} AS time FROM scenes
-             WHERE ({condition}) AND ({time}, id) > ($2, $3) ORDER BY {time}, id LIMIT $4"
+            "SELECT id, updated_at FROM scenes
+             WHERE ({condition}) AND (updated_at, id) > ($2, $3) ORDER BY updated_at, id LIMIT $4"
         );
         let (readers, writer) = (self.readers.unhurried(), self.writer.unhurried());
         let (mut last, mut last_ms, mut count) = (String::new(), i64::MIN, 0);
@@ -187,7 +218,7 @@ impl Store {
                 .fetch_all(&readers)
                 .await?;
             let Some(newest) = rows.last() else { return Ok(count) };
-            (last, last_ms) = (newest.try_get("id")?, newest.try_get("time")?);
+            (last, last_ms) = (newest.try_get("id")?, newest.try_get("updated_at")?);
             if dry_run {
                 count += rows.len() as u64;
                 continue;
@@ -292,22 +323,18 @@ impl Store {
 struct Selection {
     /// On a row of `scenes`, with the time `$1`.
     condition: String,
-    /// The column that the condition compares with the time, which has an index.
-    time: &'static str,
 }
 
 impl Selection {
     /// Scenes that the condition holds for and that have not changed since the time.
     fn unchanged_since(condition: &str) -> Self {
-        Self { condition: format!("{condition} AND updated_at <= $1"), time: "updated_at" }
+        Self { condition: format!("{condition} AND updated_at <= $1") }
     }
 }
 
 /// Removal from a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Treatment {
-    /// Change to a deleted scene.
-    Delete,
     /// Artifacts, checkpoints, archives of single formats; the bundle too if it is deleted.
     Strip,
     RemoveBundle,
@@ -330,10 +357,6 @@ async fn treat(
         .await?;
     let Some(row) = row else { return Ok(false) };
     match treatment {
-        Treatment::Delete => {
-            let tenant_id = database::id(&row, "scenes", "tenant_id")?;
-            scenes::delete(connection, tenant_id, id.clone()).await?;
-        }
         Treatment::Strip => {
             let tenant_id: String = row.try_get("tenant_id")?;
             let is_deleted = row.try_get::<String, _>("state")? == "deleted";

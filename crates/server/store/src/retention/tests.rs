@@ -24,6 +24,10 @@ fn retention() -> RetentionSettings {
         intermediate_hours: 0,
         quarantined_hours: 0,
         deleted_hours: 24,
+        ended_batch_hours: 0,
+        failed_recording_hours: 0,
+        failed_dataset_hours: 0,
+        dataset_job_hours: 0,
     }
 }
 
@@ -66,7 +70,6 @@ on_both_databases! {
     old_intermediates_go_and_the_bundle_stays,
     bundles_of_quarantined_scenes_end,
     answers_of_executions_stay_for_their_time,
-    scenes_expire,
     the_image_of_a_request_stays_with_its_scene,
     a_checkpoint_that_was_removed_is_not_reused,
     usage_counts_each_blob_once_and_the_quota_compares,
@@ -289,24 +292,6 @@ async fn bundles_of_quarantined_scenes_end((_directory, store): Opened) {
         let archive = store.archive(&DEFAULT_TENANT, &scene, "all").await.expect("reads");
         assert_eq!(archive.iter().count(), count);
     }
-}
-
-async fn scenes_expire((_directory, store): Opened) {
-    let scene = built(&store, &["alpha"], true).await;
-    let id = scene.clone();
-    let set = store.writer.write("set an expiry", move |connection| {
-        let id = id.clone();
-        Box::pin(async move {
-            sqlx::query("UPDATE scenes SET expires_at = 1 WHERE id = $1")
-                .bind(id.as_str())
-                .execute(connection)
-                .await?;
-            Ok(())
-        })
-    });
-    set.await.expect("sets");
-    let report = sweep(&store, &retention()).await;
-    assert_eq!((report.expired_scenes, report.stripped_scenes, report.removed.blobs), (1, 1, 3));
 }
 
 async fn the_image_of_a_request_stays_with_its_scene((_directory, store): Opened) {

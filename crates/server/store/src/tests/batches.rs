@@ -11,10 +11,11 @@ use crate::batches::{
     OutputKind, PublishOutcome, RecipeRest, RestCounts,
 };
 use crate::calls::{CallEnd, Reservation};
+use crate::deletion::DeleteOutcome;
 use crate::jobs::{JobFilter, RetryOutcome};
 use crate::lifecycle::{Failure, FailureClass};
 use crate::queue::AttemptOutcome;
-use crate::scenes::{DeleteOutcome, SceneFilter};
+use crate::scenes::SceneFilter;
 use scene::{BatchId, MicroUsd};
 
 pub(super) fn rules(window: i64) -> FeedRules {
@@ -61,11 +62,11 @@ async fn counts(store: &Store, id: &BatchId) -> RequestCounts {
 }
 
 /// Feeds until nothing more can be done at once.
-async fn feed(store: &Store, id: &BatchId, window: i64) {
+pub(super) async fn feed(store: &Store, id: &BatchId, window: i64) {
     while store.feed_batch(id, rules(window)).await.expect("feeds").has_more {}
 }
 
-fn built(passed: bool) -> AttemptOutcome {
+pub(super) fn built(passed: bool) -> AttemptOutcome {
     AttemptOutcome::Built(Box::new(BuiltScene {
         files: Vec::new(),
         archive: ArchiveRow { digest: Digest::of(b"zip"), size: 3 },
@@ -76,7 +77,7 @@ fn built(passed: bool) -> AttemptOutcome {
     }))
 }
 
-fn failed() -> AttemptOutcome {
+pub(super) fn failed() -> AttemptOutcome {
     let failure =
         Failure { class: FailureClass::Permanent, code: "no_room".into(), message: "too full".into() };
     AttemptOutcome::Failed(failure)

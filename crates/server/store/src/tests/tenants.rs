@@ -4,9 +4,10 @@ use super::*;
 use crate::artifacts::{self, ArchiveRow};
 use crate::batches::{BatchCancelOutcome, BatchFilter, BatchRetryOutcome, NewBatch};
 use crate::calls::{Reservation, Spending};
+use crate::deletion::DeleteOutcome;
 use crate::jobs::RetryOutcome;
 use crate::queue::CancelOutcome;
-use crate::scenes::{DeleteOutcome, SceneFilter};
+use crate::scenes::SceneFilter;
 
 pub(super) async fn queries_of_another_tenant_find_and_change_nothing(place: Place) {
     let store = place.store();

@@ -9,7 +9,7 @@ use scene::{BatchId, DatasetId, JobId, MicroUsd, RecordingId, SceneId};
 use serde_json::json;
 use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
 use store::batches::{
-    BatchFilter, FeedRules, ItemContent, NewBatch, NewItem, OutputKind, RecipeRest, RestCounts,
+    BatchFilter, BatchScenes, FeedRules, ItemContent, NewBatch, NewItem, OutputKind, RecipeRest, RestCounts,
 };
 use store::calls::{CallEnd, NewCall, Reservation};
 use store::checkpoints::{Checkpoint, StageKey};
@@ -459,12 +459,32 @@ async fn removals(store: &Store, scene: &SceneId) {
     for (row, _) in scenes {
         store.delete_scene(&DEFAULT_TENANT, &row.id).await.unwrap();
     }
+    store.highest_version(&DEFAULT_TENANT, "mugs").await.unwrap();
+    let datasets = DatasetFilter { limit: 99, ..DatasetFilter::default() };
+    for row in store.datasets(&DEFAULT_TENANT, datasets).await.unwrap() {
+        store.delete_dataset(&DEFAULT_TENANT, &row.id).await.unwrap();
+    }
+    let recordings = RecordingFilter { limit: 99, ..RecordingFilter::default() };
+    for row in store.recordings(&DEFAULT_TENANT, recordings).await.unwrap() {
+        store.delete_recording(&DEFAULT_TENANT, &row.id).await.unwrap();
+    }
+    let rules = FeedRules { queue: test_settings::section("queue"), window: 9, counts_money: true };
+    for row in
+        store.batches(&DEFAULT_TENANT, BatchFilter { limit: 99, ..BatchFilter::default() }).await.unwrap()
+    {
+        store.delete_batch(&DEFAULT_TENANT, &row.id, BatchScenes::Delete).await.unwrap();
+        while store.feed_batch(&row.id, rules.clone()).await.unwrap().has_more {}
+    }
     let retention = RetentionSettings {
         sweep_interval_secs: 0,
         grace_secs: 0,
         intermediate_hours: 1,
         quarantined_hours: 1,
         deleted_hours: 0,
+        ended_batch_hours: 1,
+        failed_recording_hours: 1,
+        failed_dataset_hours: 1,
+        dataset_job_hours: 1,
     };
     for is_dry_run in [true, false, false] {
         store.sweep(&retention, is_dry_run).await.unwrap().unwrap();
