@@ -38,6 +38,7 @@ pub mod artifacts;
 pub mod jobs;
 pub mod events;
 pub mod probes;
+mod deletion;
 mod admission;
 pub mod layers;
 pub mod serve;
@@ -239,6 +240,7 @@ pub fn routes() -> Vec<Route> {
         route::post("/batches", batches::submit, operations::submit_batch),
         route::get("/batches", batches::list, operations::list_batches),
         route::get("/batches/{batch_id}", batches::show, operations::get_batch),
+        route::delete("/batches/{batch_id}", batches::remove, operations::delete_batch),
         route::get("/batches/{batch_id}/output", batches::output, operations::get_batch_output),
         route::get("/batches/{batch_id}/errors", batches::errors, operations::get_batch_errors),
         route::post("/batches/{batch_id}/cancel", batches::cancel, operations::cancel_batch),
@@ -246,12 +248,14 @@ pub fn routes() -> Vec<Route> {
         route::post("/datasets", datasets::submit, operations::submit_dataset),
         route::get("/datasets", datasets::list, operations::list_datasets),
         route::get("/datasets/{dataset_id}", datasets::show, operations::get_dataset),
+        route::delete("/datasets/{dataset_id}", datasets::remove, operations::delete_dataset),
         route::post("/datasets/{dataset_id}/verify", datasets::verify, operations::verify_dataset),
         route::get("/datasets/{dataset_id}/archive", datasets::archive, operations::get_dataset_archive),
         route::get("/datasets/{dataset_id}/files", datasets::files, operations::list_dataset_files),
         route::get("/datasets/{dataset_id}/files/{*name}", datasets::download, operations::get_dataset_file),
         route::get("/episodes", episodes::list, operations::list_episodes),
         route::get("/episodes/{recording_id}", episodes::show, operations::get_episodes),
+        route::delete("/episodes/{recording_id}", episodes::remove, operations::delete_episodes),
         route::get("/episodes/{recording_id}/events", events::of_recording, operations::list_episode_events),
         route::post("/episodes/{recording_id}/cancel", episodes::cancel, operations::cancel_episodes),
         route::get("/episodes/{recording_id}/files", episodes::files, operations::list_episode_files),

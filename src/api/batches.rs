@@ -1,4 +1,4 @@
-//! `/batches`: submit, list, show, results, cancel, retry.
+//! `/batches`: submit, list, show, results, cancel, retry, delete.
 //!
 //! A batch is stored with all its requests before the submission is answered ([`receive`]). Feeders then put them into
 //! the queue a few at a time (see `store::batches`): one batch neither fills the queue nor keeps others waiting.
@@ -10,11 +10,13 @@ pub(super) mod views;
 
 use axum::Json;
 use axum::extract::Request;
+use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::accepted::accepted_at;
+use super::deletion::{self, gone};
 use super::extract::{JsonRequest, OptionalJsonBody, PathId, TenantApi};
 use super::idempotency::{IdempotencyKey, KeyScope, scoped};
 use super::limits::{check_bytes, refused};
@@ -24,7 +26,7 @@ use crate::schemas::values::BatchBudget;
 use crate::schemas::words;
 use ::batches::BatchState;
 use scene::BatchId;
-use store::batches::{BatchCancelOutcome, BatchFilter, BatchRetryOutcome, BatchRow};
+use store::batches::{BatchCancelOutcome, BatchFilter, BatchRetryOutcome, BatchRow, BatchScenes};
 
 pub use output::{errors, output};
 use parameters::{BudgetUsd, SubmitParameters};
@@ -86,6 +88,7 @@ pub async fn show(api: TenantApi, PathId(batch_id): PathId<BatchId>) -> Result<R
 
 /// `POST /batches/{batch_id}/cancel`.
 pub async fn cancel(api: TenantApi, PathId(batch_id): PathId<BatchId>) -> Result<Response, Problem> {
+    find(&api, &batch_id).await?;
     match api.store.cancel_batch(&api.tenant_id, &batch_id).await? {
         BatchCancelOutcome::Accepted => accepted(&api, &batch_id).await,
         BatchCancelOutcome::TooLate(state) => Err(Problem::new(
@@ -121,6 +124,7 @@ pub async fn retry(
     let budget = body.budget_usd.map(BudgetUsd::amount);
     check_bytes(&api).await?;
     let conflict = |code, detail| Err(Problem::new(ProblemType::Conflict, code, detail));
+    find(&api, &batch_id).await?;
     match api.store.retry_batch(&api.tenant_id, &batch_id, budget).await? {
         BatchRetryOutcome::Accepted(_) => accepted(&api, &batch_id).await,
         BatchRetryOutcome::NothingToRetry => conflict(
@@ -133,6 +137,37 @@ pub async fn retry(
         BatchRetryOutcome::NotFound => Err(Problem::not_found("batch", batch_id.as_str())),
         BatchRetryOutcome::Refused(reached) => Err(refused(reached)),
     }
+}
+
+/// Parameters of `DELETE /batches/{batch_id}`.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DeletionParameters {
+    /// Fate of the scenes of the batch; they stay if absent.
+    #[schemars(with = "Option<ScenesOfBatch>")]
+    scenes: ScenesOfBatch,
+}
+
+/// Fate of the scenes of a batch that is deleted.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ScenesOfBatch {
+    #[default]
+    Keep,
+    Delete,
+}
+
+/// `DELETE /batches/{batch_id}`.
+pub async fn remove(
+    api: TenantApi,
+    PathId(batch_id): PathId<BatchId>,
+    Parameters(parameters): Parameters<DeletionParameters>,
+) -> Result<StatusCode, Problem> {
+    let scenes = match parameters.scenes {
+        ScenesOfBatch::Keep => BatchScenes::Keep,
+        ScenesOfBatch::Delete => BatchScenes::Delete,
+    };
+    deletion::answer(api.store.delete_batch(&api.tenant_id, &batch_id, scenes).await?, &batch_id)
 }
 
 /// 202 with the batch and its address.
@@ -149,6 +184,9 @@ async fn view(api: &TenantApi, batch_id: &BatchId) -> Result<BatchView, Problem>
 
 /// A batch that is there.
 async fn find(api: &TenantApi, batch_id: &BatchId) -> Result<BatchRow, Problem> {
-    let batch = api.store.batch(&api.tenant_id, batch_id).await?;
-    batch.ok_or_else(|| Problem::not_found("batch", batch_id.as_str()))
+    match api.store.batch(&api.tenant_id, batch_id).await? {
+        Some(batch) if batch.is_deleted => Err(gone("batch_deleted", "batch", "submit its requests again")),
+        Some(batch) => Ok(batch),
+        None => Err(Problem::not_found("batch", batch_id.as_str())),
+    }
 }

@@ -1,4 +1,4 @@
-//! `/datasets`: freeze, list, show, download, verify.
+//! `/datasets`: freeze, list, show, delete, download, verify.
 //!
 //! A dataset is frozen in the background (see `freezer`). The files of a version never change; each has a strong
 //! `ETag`, its SHA-256, and is sent in ranges.
@@ -7,7 +7,7 @@ pub(super) mod request;
 pub(super) mod views;
 
 use axum::Json;
-use axum::http::{HeaderMap, Method};
+use axum::http::{HeaderMap, Method, StatusCode};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use schemars::JsonSchema;
@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::accepted::accepted_at;
+use super::deletion::{self, gone};
 use super::download::{Content, Download, respond};
 use super::extract::{JsonBody, PathId, PathName, TenantApi};
 use super::idempotency::{IdempotencyKey, KeyScope, scoped};
@@ -100,8 +101,14 @@ pub async fn show(api: TenantApi, PathId(dataset_id): PathId<DatasetId>) -> Resu
     Ok(Json(DatasetView::new(dataset)).into_response())
 }
 
+/// `DELETE /datasets/{dataset_id}`.
+pub async fn remove(api: TenantApi, PathId(dataset_id): PathId<DatasetId>) -> Result<StatusCode, Problem> {
+    deletion::answer(api.store.delete_dataset(&api.tenant_id, &dataset_id).await?, &dataset_id)
+}
+
 /// `POST /datasets/{dataset_id}/verify`.
 pub async fn verify(api: TenantApi, PathId(dataset_id): PathId<DatasetId>) -> Result<Response, Problem> {
+    find(&api, &dataset_id).await?;
     match api.store.verify_dataset(&api.tenant_id, &dataset_id).await? {
         VerifyOutcome::Accepted => accepted(&api, &dataset_id).await,
         VerifyOutcome::NotFrozen(state) => Err(not_frozen(state)),
@@ -205,8 +212,13 @@ async fn accepted(api: &TenantApi, dataset_id: &DatasetId) -> Result<Response, P
 
 /// A dataset that is there.
 async fn find(api: &TenantApi, dataset_id: &DatasetId) -> Result<DatasetRow, Problem> {
-    let dataset = api.store.dataset(&api.tenant_id, dataset_id).await?;
-    dataset.ok_or_else(|| Problem::not_found("dataset", dataset_id.as_str()))
+    match api.store.dataset(&api.tenant_id, dataset_id).await? {
+        Some(dataset) if dataset.is_deleted => {
+            Err(gone("dataset_deleted", "dataset", "freeze its scenes again"))
+        }
+        Some(dataset) => Ok(dataset),
+        None => Err(Problem::not_found("dataset", dataset_id.as_str())),
+    }
 }
 
 /// A dataset with a version.

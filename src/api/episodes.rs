@@ -1,5 +1,5 @@
 //! `/scenes/{scene_id}/episodes` and `/episodes`: record demonstrations of tasks in a finished scene as a dataset;
-//! list, show, cancel, download.
+//! list, show, cancel, delete, download.
 //!
 //! They are recorded in the background (see `recorder`). A dataset never changes; its files and the archives of its
 //! formats have strong `ETag`s, their SHA-256, and are sent in ranges.
@@ -10,12 +10,14 @@ mod request;
 pub(super) mod views;
 
 use axum::Json;
+use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::accepted::accepted_at;
 use super::admission::overloaded;
+use super::deletion::{self, gone};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::idempotency::{IdempotencyKey, KeyScope, scoped};
 use super::limits::{check_bytes, refused};
@@ -121,6 +123,7 @@ pub async fn show(api: TenantApi, PathId(recording_id): PathId<RecordingId>) -> 
 
 /// `POST /episodes/{recording_id}/cancel`.
 pub async fn cancel(api: TenantApi, PathId(recording_id): PathId<RecordingId>) -> Result<Response, Problem> {
+    find(&api, &recording_id).await?;
     match api.store.cancel_recording(&api.tenant_id, &recording_id).await? {
         CancelRecordingOutcome::Accepted => accepted(&api, &recording_id).await,
         CancelRecordingOutcome::TooLate(state) => Err(Problem::new(
@@ -134,6 +137,14 @@ pub async fn cancel(api: TenantApi, PathId(recording_id): PathId<RecordingId>) -
     }
 }
 
+/// `DELETE /episodes/{recording_id}`.
+pub async fn remove(
+    api: TenantApi,
+    PathId(recording_id): PathId<RecordingId>,
+) -> Result<StatusCode, Problem> {
+    deletion::answer(api.store.delete_recording(&api.tenant_id, &recording_id).await?, &recording_id)
+}
+
 /// 202 with the recording and its address.
 async fn accepted(api: &TenantApi, recording_id: &RecordingId) -> Result<Response, Problem> {
     let view = RecordingView::of(api, find(api, recording_id).await?).await?;
@@ -142,6 +153,11 @@ async fn accepted(api: &TenantApi, recording_id: &RecordingId) -> Result<Respons
 
 /// A recording that is there.
 pub(super) async fn find(api: &TenantApi, recording_id: &RecordingId) -> Result<RecordingRow, Problem> {
-    let row = api.store.recording(&api.tenant_id, recording_id).await?;
-    row.ok_or_else(|| Problem::not_found("recording of episodes", recording_id.as_str()))
+    match api.store.recording(&api.tenant_id, recording_id).await? {
+        Some(row) if row.is_deleted => {
+            Err(gone("episodes_deleted", "recording of episodes", "order the episodes again"))
+        }
+        Some(row) => Ok(row),
+        None => Err(Problem::not_found("recording of episodes", recording_id.as_str())),
+    }
 }

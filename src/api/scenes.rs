@@ -7,6 +7,7 @@ use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::deletion;
 use super::enqueue::{Delivery, enqueue};
 use super::extract::{JsonBody, PathId, TenantApi};
 use super::query::{IdFilter, LabelFilter, NoParameters, Page, PageSize, PageToken, Parameters, Time};
@@ -18,7 +19,6 @@ use crate::schemas::words;
 use crate::schemas::{self, scene_request::StoredRequest};
 use scene::text_account::TextAccount;
 use scene::{SceneId, SceneRequest};
-use store::deletion::DeleteOutcome;
 use store::lifecycle::SceneState;
 use store::scenes::{SceneFilter, SceneRow};
 
@@ -126,10 +126,7 @@ pub async fn show(api: TenantApi, PathId(scene_id): PathId<SceneId>) -> Result<R
 
 /// `DELETE /scenes/{scene_id}`.
 pub async fn remove(api: TenantApi, PathId(scene_id): PathId<SceneId>) -> Result<StatusCode, Problem> {
-    match api.store.delete_scene(&api.tenant_id, &scene_id).await? {
-        DeleteOutcome::Done => Ok(StatusCode::NO_CONTENT),
-        DeleteOutcome::NotFound => Err(Problem::not_found("scene", scene_id.as_str())),
-    }
+    deletion::answer(api.store.delete_scene(&api.tenant_id, &scene_id).await?, &scene_id)
 }
 
 /// A scene that is there.

@@ -18,6 +18,7 @@ mod rejected_images;
 mod damage;
 mod retention;
 mod limits;
+mod deletion;
 mod bodies;
 mod event_streams;
 mod hosts;

@@ -169,7 +169,8 @@ fn plan(splits: Option<Map<String, Value>>, seed: u64) -> Result<SplitPlan, Spli
 pub(super) async fn check_source(api: &TenantApi, request: &DatasetRequest) -> Result<(), Problem> {
     match &request.source {
         DatasetSource::Batch(id) => {
-            let Some(batch) = api.store.batch(&api.tenant_id, id).await? else {
+            let batch = api.store.batch(&api.tenant_id, id).await?;
+            let Some(batch) = batch.filter(|batch| !batch.is_deleted) else {
                 return Err(Problem::invalid(vec![FieldError::new("/batch", "there is no such batch")]));
             };
             if !batch.state.is_final() {

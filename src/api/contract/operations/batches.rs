@@ -37,7 +37,8 @@ pub fn submit_batch(operation: &mut Operation<'_>) {
     operation.links("cancellation", "cancelBatch", &[("batch_id", "$response.body#/id")]);
     operation.links("retry", "retryBatch", &[("batch_id", "$response.body#/id")]);
     operation.links("jobs", "listJobs", &[("batch", "$response.body#/id")]);
-    operation.refuses(&[507]);
+    operation.links("deletion", "deleteBatch", &[("batch_id", "$response.body#/id")]);
+    operation.refuses(&[410, 507]);
 }
 
 /// `GET /batches/{batch_id}`.
@@ -48,6 +49,20 @@ pub fn get_batch(operation: &mut Operation<'_>) {
         "The batch, how far it is, when it is likely to end, and what it has cost.",
     );
     operation.answers::<BatchView>(200, "The batch.");
+    operation.refuses(&[410]);
+}
+
+/// `DELETE /batches/{batch_id}`.
+pub fn delete_batch(operation: &mut Operation<'_>) {
+    operation.is(
+        "batches",
+        "deleteBatch",
+        "Delete the batch with its requests and results, and cancel what has not ended; deleting twice is fine.",
+    );
+    operation.explain(
+        "Its scenes stay unless `scenes` says `delete`; then they are deleted a few at a time, before the answer.",
+    );
+    operation.answers_nothing(204, "Deleted.");
 }
 
 /// `GET /batches/{batch_id}/output`.
@@ -66,6 +81,7 @@ pub fn get_batch_output(operation: &mut Operation<'_>) {
         "Lines of `BatchResult`; as `application/octet-stream` for clients that accept only that.",
         &["application/jsonl", "application/octet-stream"],
     );
+    operation.refuses(&[410]);
 }
 
 /// `GET /batches/{batch_id}/errors`.
@@ -83,6 +99,7 @@ pub fn get_batch_errors(operation: &mut Operation<'_>) {
         "Lines of `BatchResult`; as `application/octet-stream` for clients that accept only that.",
         &["application/jsonl", "application/octet-stream"],
     );
+    operation.refuses(&[410]);
 }
 
 /// `POST /batches/{batch_id}/cancel`.
@@ -90,7 +107,7 @@ pub fn cancel_batch(operation: &mut Operation<'_>) {
     operation.is("batches", "cancelBatch", "Cancel what has not ended; results so far stay.");
     operation.answers::<BatchView>(202, "Cancelling; requests that run stop at their next step.");
     operation.locates();
-    operation.refuses(&[409]);
+    operation.refuses(&[409, 410]);
 }
 
 /// `POST /batches/{batch_id}/retry`.
@@ -102,5 +119,5 @@ pub fn retry_batch(operation: &mut Operation<'_>) {
     );
     operation.answers::<BatchView>(202, "These requests wait again.");
     operation.locates();
-    operation.refuses(&[409, 507]);
+    operation.refuses(&[409, 410, 507]);
 }

@@ -30,7 +30,8 @@ pub fn submit_dataset(operation: &mut Operation<'_>) {
     operation.links("files", "listDatasetFiles", &[("dataset_id", "$response.body#/id")]);
     operation.links("archive", "getDatasetArchive", &[("dataset_id", "$response.body#/id")]);
     operation.links("verification", "verifyDataset", &[("dataset_id", "$response.body#/id")]);
-    operation.refuses(&[409, 507]);
+    operation.links("deletion", "deleteDataset", &[("dataset_id", "$response.body#/id")]);
+    operation.refuses(&[409, 410, 507]);
 }
 
 /// `GET /datasets/{dataset_id}`.
@@ -41,6 +42,21 @@ pub fn get_dataset(operation: &mut Operation<'_>) {
         "The dataset, how far it is, its counts and what the last verification found.",
     );
     operation.answers::<DatasetView>(200, "The dataset.");
+    operation.refuses(&[410]);
+}
+
+/// `DELETE /datasets/{dataset_id}`.
+pub fn delete_dataset(operation: &mut Operation<'_>) {
+    operation.is(
+        "datasets",
+        "deleteDataset",
+        "Delete the dataset, cancel what is being done to it, and free its files; deleting twice is fine.",
+    );
+    operation.explain(
+        "Other versions of the name, and the scenes, stay as they are. The number of a deleted version is not used \
+         again while an earlier version of its name stays.",
+    );
+    operation.answers_nothing(204, "Deleted.");
 }
 
 /// `POST /datasets/{dataset_id}/verify`.
@@ -52,7 +68,7 @@ pub fn verify_dataset(operation: &mut Operation<'_>) {
     );
     operation.answers::<DatasetView>(202, "The verification waits or is under way.");
     operation.locates();
-    operation.refuses(&[409]);
+    operation.refuses(&[409, 410]);
 }
 
 /// `GET /datasets/{dataset_id}/archive`.
@@ -77,7 +93,7 @@ pub fn list_dataset_files(operation: &mut Operation<'_>) {
         "The files of a version: manifest, licenses, statistics and tar shards.",
     );
     operation.answers::<DatasetFiles>(200, "All files, by path.");
-    operation.refuses(&[409]);
+    operation.refuses(&[409, 410]);
 }
 
 /// `GET /datasets/{dataset_id}/files/{name}`.

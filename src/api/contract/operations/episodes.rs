@@ -31,6 +31,7 @@ pub fn submit_episodes(operation: &mut Operation<'_>) {
         &[("recording_id", "$response.body#/id"), ("format", "$response.body#/order/formats/0")],
     );
     operation.links("cancellation", "cancelEpisodes", &[("recording_id", "$response.body#/id")]);
+    operation.links("deletion", "deleteEpisodes", &[("recording_id", "$response.body#/id")]);
     operation.refuses(&[409, 410, 507]);
 }
 
@@ -48,6 +49,17 @@ pub fn get_episodes(operation: &mut Operation<'_>) {
         "The recording, how far it is, how attempts ended, and its dataset.",
     );
     operation.answers::<RecordingView>(200, "The recording.");
+    operation.refuses(&[410]);
+}
+
+/// `DELETE /episodes/{recording_id}`.
+pub fn delete_episodes(operation: &mut Operation<'_>) {
+    operation.is(
+        "episodes",
+        "deleteEpisodes",
+        "Delete the recording with its dataset and its events, and cancel it if it has not ended; deleting twice is fine.",
+    );
+    operation.answers_nothing(204, "Deleted.");
 }
 
 /// `GET /episodes/{recording_id}/events`.
@@ -63,6 +75,7 @@ pub fn list_episode_events(operation: &mut Operation<'_>) {
     operation.streams("Events in order. A stream ends when the recording has ended.", "a RecordingEvent");
     operation
         .answers_nothing(204, "Streams only: the recording has ended and the client has seen everything.");
+    operation.refuses(&[410]);
 }
 
 /// `POST /episodes/{recording_id}/cancel`.
@@ -74,14 +87,14 @@ pub fn cancel_episodes(operation: &mut Operation<'_>) {
     );
     operation.answers::<RecordingView>(202, "Cancelled; attempts that have begun are finished and dropped.");
     operation.locates();
-    operation.refuses(&[409]);
+    operation.refuses(&[409, 410]);
 }
 
 /// `GET /episodes/{recording_id}/files`.
 pub fn list_episode_files(operation: &mut Operation<'_>) {
     operation.is("episodes", "listEpisodeFiles", "The files of a recorded dataset.");
     operation.answers::<RecordingFilePage>(200, "A page, by format and path.");
-    operation.refuses(&[409]);
+    operation.refuses(&[409, 410]);
 }
 
 /// `GET /episodes/{recording_id}/files/{name}`.
