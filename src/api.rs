@@ -15,6 +15,8 @@ mod body_memory;
 mod form_body;
 mod json_body;
 mod json_outline;
+mod merge_patch;
+mod preconditions;
 mod data_uri;
 pub mod scenes;
 mod accepted;
@@ -221,6 +223,7 @@ pub fn routes() -> Vec<Route> {
         route::post("/scenes/validate", scenes::validate, operations::validate_scene),
         route::get("/scenes", scenes::list, operations::list_scenes),
         route::get("/scenes/{scene_id}", scenes::show, operations::get_scene),
+        route::patch("/scenes/{scene_id}", scenes::change, operations::change_scene),
         route::delete("/scenes/{scene_id}", scenes::remove, operations::delete_scene),
         route::get("/scenes/{scene_id}/bundle", bundle::download, operations::get_bundle),
         route::post("/scenes/{scene_id}/edits", edits::submit, operations::edit_scene),

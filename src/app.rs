@@ -13,6 +13,7 @@ pub mod pipeline;
 pub mod activity;
 pub mod terms;
 pub mod submission;
+pub mod scene_labels;
 mod request_settings;
 pub mod image;
 mod json_detail;

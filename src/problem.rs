@@ -27,6 +27,8 @@ pub enum ProblemType {
     /// 409: not in this state.
     Conflict,
     Gone,
+    /// 412: not in the state that the sender has read.
+    PreconditionFailed,
     PayloadTooLarge,
     UnsupportedMediaType,
     RangeNotSatisfiable,
@@ -41,7 +43,7 @@ pub enum ProblemType {
 }
 
 impl ProblemType {
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::MalformedRequest,
         Self::InvalidRequest,
         Self::Forbidden,
@@ -50,6 +52,7 @@ impl ProblemType {
         Self::RequestTimeout,
         Self::Conflict,
         Self::Gone,
+        Self::PreconditionFailed,
         Self::PayloadTooLarge,
         Self::UnsupportedMediaType,
         Self::RangeNotSatisfiable,
@@ -71,6 +74,7 @@ impl ProblemType {
             Self::RequestTimeout => (408, "Request Timeout", "request-timeout"),
             Self::Conflict => (409, "Conflict", "conflict"),
             Self::Gone => (410, "Gone", "gone"),
+            Self::PreconditionFailed => (412, "Precondition Failed", "precondition-failed"),
             Self::PayloadTooLarge => (413, "Payload Too Large", "payload-too-large"),
             Self::UnsupportedMediaType => (415, "Unsupported Media Type", "unsupported-media-type"),
             Self::RangeNotSatisfiable => (416, "Range Not Satisfiable", "range-not-satisfiable"),

@@ -1,7 +1,7 @@
 //! The contract of the interface, written from its routes, extractors and types. `openapi.yaml` is this document; a
 //! test compares them.
 
-mod operation;
+pub(super) mod operation;
 pub(super) mod operations;
 pub(super) mod route;
 
@@ -49,8 +49,9 @@ fn info() -> Value {
             is stable and finer, `detail` says what to change, `errors` points into the body. Every response carries \
             `x-request-id`.\n\n\
             Every object of this document names all of its fields, and every number states its range. New fields may be \
-            added to answers; requests with unknown fields are refused. In requests, null means the same as absent. \
-            Bodies of requests are sent as they are: a `Content-Encoding` other than `identity` is refused with 415.",
+            added to answers; requests with unknown fields are refused. In requests, null means the same as absent, but \
+            in a merge patch, where it removes. Bodies of requests are sent as they are: a `Content-Encoding` other than \
+             `identity` is refused with 415.",
         "license": { "name": "Apache-2.0", "identifier": "Apache-2.0" },
     })
 }
@@ -79,7 +80,8 @@ fn headers() -> Value {
             "schema": { "type": "string", "examples": ["wait=30"] },
         },
         "ETag": {
-            "description": "The SHA-256 of the whole, quoted.",
+            "description": "The SHA-256 of the whole, or of the scene without its job, stages, artifacts and spending; \
+                            quoted.",
             "schema": { "type": "string", "pattern": "^\"[0-9a-f]{64}\"$" },
         },
         "ContentRange": { "schema": { "type": "string" } },

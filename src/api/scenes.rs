@@ -1,4 +1,4 @@
-//! `/scenes`: submit, list, show, delete.
+//! `/scenes`: submit, list, show, change, delete.
 
 use axum::Json;
 use axum::extract::Request;
@@ -9,14 +9,17 @@ use serde::{Deserialize, Serialize};
 
 use super::deletion;
 use super::enqueue::{Delivery, enqueue};
-use super::extract::{JsonBody, PathId, TenantApi};
+use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
+use super::merge_patch::MergePatch;
+use super::preconditions::{IfMatch, scene_tag, tag};
 use super::query::{IdFilter, LabelFilter, NoParameters, Page, PageSize, PageToken, Parameters, Time};
 use super::scene_body::SceneBody;
 use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
 use super::{jobs, scene_body};
-use crate::problem::{Problem, ProblemType};
+use crate::app::scene_labels::{LabelsPatch, change_labels, present};
+use crate::problem::Problem;
 use crate::schemas::words;
-use crate::schemas::{self, scene_request::StoredRequest};
+use crate::schemas::{self, scene_request, scene_request::StoredRequest};
 use scene::text_account::TextAccount;
 use scene::{SceneId, SceneRequest};
 use store::lifecycle::SceneState;
@@ -109,7 +112,39 @@ pub(super) struct ScenePage {
 /// `GET /scenes/{scene_id}`.
 pub async fn show(api: TenantApi, PathId(scene_id): PathId<SceneId>) -> Result<Response, Problem> {
     let scene = find(&api, &scene_id).await?;
-    let job = latest_job(&api, &scene_id).await?;
+    whole(&api, scene).await
+}
+
+/// The body of a change.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ScenePatch {
+    /// Labels to set, and with null labels to remove; null in place of all removes all.
+    #[schemars(with = "Option<scene_request::LabelsPatch>")]
+    labels: LabelsPatch,
+}
+
+impl JsonRequest for ScenePatch {
+    type Schema = Self;
+    const EXAMPLE: &str = r#"{"labels": {"split": "train", "draft": null}}"#;
+}
+
+/// `PATCH /scenes/{scene_id}`.
+pub async fn change(
+    api: TenantApi,
+    PathId(scene_id): PathId<SceneId>,
+    if_match: IfMatch,
+    MergePatch(patch): MergePatch<ScenePatch>,
+) -> Result<Response, Problem> {
+    let is_expected = |scene: &SceneRow| if_match.allows(&scene_tag(scene));
+    let scene = change_labels(&api.store, &api.tenant_id, &scene_id, &patch.labels, is_expected).await?;
+    whole(&api, scene).await
+}
+
+/// The answer with all about a scene, and its tag.
+async fn whole(api: &TenantApi, scene: SceneRow) -> Result<Response, Problem> {
+    let (scene_id, scene_tag) = (scene.id.clone(), scene_tag(&scene));
+    let job = latest_job(api, &scene_id).await?;
     let stages = match &job {
         Some(job) => api.store.stages(&api.tenant_id, &job.id).await?,
         None => Vec::new(),
@@ -121,7 +156,9 @@ pub async fn show(api: TenantApi, PathId(scene_id): PathId<SceneId>) -> Result<R
     let calls = api.store.calls(&api.tenant_id, &scene_id).await?;
     view.spending = Some(SpendingView::new(spending, calls));
     view.artifacts = Some(artifacts.into_iter().map(|row| ArtifactView::new(&scene_id, row)).collect());
-    Ok(Json(view).into_response())
+    let mut response = Json(view).into_response();
+    tag(&mut response, &scene_tag);
+    Ok(response)
 }
 
 /// `DELETE /scenes/{scene_id}`.
@@ -131,13 +168,7 @@ pub async fn remove(api: TenantApi, PathId(scene_id): PathId<SceneId>) -> Result
 
 /// A scene that is there.
 pub(super) async fn find(api: &TenantApi, scene_id: &SceneId) -> Result<SceneRow, Problem> {
-    match api.store.scene(&api.tenant_id, scene_id).await? {
-        Some(scene) if scene.state == SceneState::Deleted => {
-            Err(Problem::new(ProblemType::Gone, "scene_deleted", "this scene was deleted; submit it again"))
-        }
-        Some(scene) => Ok(scene),
-        None => Err(Problem::not_found("scene", scene_id.as_str())),
-    }
+    present(&api.store, &api.tenant_id, scene_id).await
 }
 
 /// The newest job of a scene, as clients see it.

@@ -16,6 +16,11 @@ use super::values::{MAX_INTEGER, Sha256};
 ))]
 pub struct Labels(pub BTreeMap<String, LabelValue>);
 
+/// Labels to set; null removes one.
+#[derive(Default, JsonSchema)]
+#[schemars(extend("propertyNames" = { "pattern": r"^[A-Za-z0-9_.-]{1,63}$" }))]
+pub struct LabelsPatch(pub BTreeMap<String, Option<LabelValue>>);
+
 /// Value of a label.
 #[derive(JsonSchema)]
 #[schemars(inline)]

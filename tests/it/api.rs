@@ -19,6 +19,7 @@ mod damage;
 mod retention;
 mod limits;
 mod deletion;
+mod labels;
 mod bodies;
 mod event_streams;
 mod hosts;

@@ -185,6 +185,11 @@ impl<'a> Operation<'a> {
         self.gives("Preference-Applied", "PreferenceApplied");
     }
 
+    /// The last answer has a tag, by which a change says what it was made for.
+    pub fn tags(&mut self) {
+        self.gives("ETag", "ETag");
+    }
+
     fn gives(&mut self, header: &str, component: &str) {
         self.last_response()["headers"][header] =
             json!({ "$ref": format!("#/components/headers/{component}") });

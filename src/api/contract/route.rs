@@ -39,6 +39,15 @@ where
     Route { method: Method::POST, path, handler: routing::post(handler), request: H::describe, text }
 }
 
+/// A route of the method PATCH.
+pub fn patch<H, T, I>(path: &'static str, handler: H, text: Description) -> Route
+where
+    H: Handler<T, Api> + DescribedHandler<I>,
+    T: 'static,
+{
+    Route { method: Method::PATCH, path, handler: routing::patch(handler), request: H::describe, text }
+}
+
 /// A route of the method DELETE.
 pub fn delete<H, T, I>(path: &'static str, handler: H, text: Description) -> Route
 where

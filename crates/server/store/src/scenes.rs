@@ -1,5 +1,7 @@
 //! Rows of scenes. A submission writes the scene, its job, its first event and the idempotency row in one transaction.
 
+mod labels;
+
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
@@ -16,6 +18,8 @@ use crate::boxed;
 use crate::deletion::DeleteOutcome;
 use crate::lifecycle::SceneState;
 use scene::{JobId, SceneId, TenantId};
+
+pub use labels::LabelsOutcome;
 
 /// Lifetime of an idempotency key.
 const IDEMPOTENCY_MS: i64 = 24 * 3600 * 1000;

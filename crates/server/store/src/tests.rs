@@ -12,6 +12,7 @@ mod datasets;
 mod recordings;
 mod recording_events;
 mod deletion;
+mod labels;
 mod claims;
 mod turns;
 mod deaths;
@@ -144,6 +145,8 @@ conformance! {
     deletion::scenes_left_by_a_dead_process_go_with_their_batch,
     deletion::what_has_ended_goes_after_its_time,
     deletion::all_rows_and_blobs_go_with_what_is_deleted,
+    labels::labels_are_replaced_and_found_by_their_new_values,
+    labels::changes_at_once_follow_each_other,
     claims::jobs_are_claimed_oldest_first_and_once_each,
     claims::a_claim_may_be_restricted_to_one_job,
     claims::an_expired_lease_is_claimed_again_with_the_next_epoch,

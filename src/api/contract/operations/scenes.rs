@@ -69,6 +69,19 @@ pub fn get_scene(operation: &mut Operation<'_>) {
         "The scene with its newest job, that job's stages, and the artifacts.",
     );
     operation.answers::<SceneView>(200, "The scene.");
+    operation.tags();
+    operation.refuses(&[410]);
+}
+
+/// `PATCH /scenes/{scene_id}`.
+pub fn change_scene(operation: &mut Operation<'_>) {
+    operation.is("scenes", "changeScene", "Change labels of the scene by a JSON merge patch (RFC 7396).");
+    operation.explain(
+        "A label that the patch names gets its value, or goes where that is null; the others stay. Lists and \
+         datasets find the scene by its new labels. Labels are those of a submission: at most 32.",
+    );
+    operation.answers::<SceneView>(200, "The scene after the change.");
+    operation.tags();
     operation.refuses(&[410]);
 }
 

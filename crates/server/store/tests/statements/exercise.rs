@@ -456,6 +456,8 @@ async fn removals(store: &Store, scene: &SceneId) {
     }
     let scenes =
         store.scenes(&DEFAULT_TENANT, SceneFilter { limit: 99, ..SceneFilter::default() }).await.unwrap();
+    let labels = BTreeMap::from([("set".to_owned(), "b".to_owned())]);
+    store.replace_labels(&DEFAULT_TENANT, scenes[0].0.clone(), labels).await.unwrap();
     for (row, _) in scenes {
         store.delete_scene(&DEFAULT_TENANT, &row.id).await.unwrap();
     }
