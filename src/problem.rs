@@ -173,7 +173,7 @@ pub struct Problem {
     pub detail: String,
     pub errors: Vec<FieldError>,
     /// The limit that leaves no room, where that is the reason.
-    pub limit: Option<LimitUse>,
+    pub limit: Option<Box<LimitUse>>,
     /// Time after which the request may be sent again, seconds, where it is known.
     pub retry_after_secs: Option<i64>,
 }
@@ -257,7 +257,7 @@ impl Problem {
             detail: &self.detail,
             request_id,
             errors: &self.errors,
-            limit: self.limit.as_ref(),
+            limit: self.limit.as_deref(),
         })
     }
 }

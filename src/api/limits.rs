@@ -77,9 +77,9 @@ pub(super) fn refused(reached: LimitReached) -> Problem {
         Limit::UsdPerMonth => MicroUsd(value).usd(),
         _ => value as f64,
     };
-    let limit = LimitUse { name: limit.as_str().into(), max: number(max), used: number(used) };
+    let used = LimitUse { name: limit.as_str().into(), max: number(max), used: number(used) };
     Problem {
-        limit: Some(limit),
+        limit: Some(Box::new(used)),
         retry_after_secs: Some(retry_after_secs),
         ..Problem::new(kind, code, detail)
     }

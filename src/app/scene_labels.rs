@@ -118,7 +118,7 @@ mod tests {
         let mut target = if target.is_object() { target } else { json!({}) };
         for (name, value) in patch {
             if value.is_null() {
-                target.as_object_mut().unwrap().remove(name);
+                target.as_object_mut().expect("an object").remove(name);
             } else {
                 let present = target.get(name).cloned().unwrap_or_default();
                 target[name] = merge_patch(present, value);
@@ -141,7 +141,7 @@ mod tests {
             let expected = merge_patch(json!({ "labels": labels }), &patch);
             let expected = expected.get("labels").cloned().unwrap_or_else(|| json!({}));
             let read = match patch.get("labels") {
-                Some(labels) => LabelsPatch::deserialize(labels).unwrap(),
+                Some(labels) => LabelsPatch::deserialize(labels).expect("labels"),
                 None => LabelsPatch::default(),
             };
             assert_eq!(json!(read.applied_to(&labels)), expected, "{patch}");

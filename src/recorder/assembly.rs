@@ -220,6 +220,7 @@ mod tests {
             created_at_ms: 0,
             started_at_ms: None,
             finished_at_ms: None,
+            is_deleted: false,
         }
     }
 

@@ -203,7 +203,7 @@ fn blobs(folder: &Path) -> usize {
     let entries = std::fs::read_dir(folder).unwrap().map(Result::unwrap);
     let count = |entry: std::fs::DirEntry| match entry.metadata().unwrap().is_dir() {
         true => blobs(&entry.path()),
-        false => usize::from(!entry.path().extension().is_some_and(|end| end == "lock")),
+        false => usize::from(entry.path().extension().is_none_or(|end| end != "lock")),
     };
     entries.map(count).sum()
 }
