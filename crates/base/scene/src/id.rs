@@ -1,4 +1,5 @@
-//! Identifiers of tenants, scenes, jobs, batches and datasets, each a type of its own, so that they cannot be swapped.
+//! Identifiers of tenants, scenes, jobs, batches, datasets and keys, each a type of its own, so that they cannot be
+//! swapped.
 
 use std::fmt;
 use std::str::FromStr;
@@ -87,6 +88,11 @@ id!(
     /// Id of a recording, demonstrations in a scene that become a dataset.
     RecordingId,
     "recording"
+);
+id!(
+    /// Id of an API key, which is no secret.
+    KeyId,
+    "key"
 );
 
 fn is_valid(text: &str) -> bool {

@@ -35,6 +35,14 @@ impl Dialect {
         }
     }
 
+    /// Milliseconds since 1970 by the database's clock, as an expression.
+    pub(super) fn now_ms(self) -> &'static str {
+        match self {
+            Self::Sqlite => "CAST(unixepoch('subsec') * 1000 AS INTEGER)",
+            Self::Postgres => "CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
+        }
+    }
+
     /// Locks the rows of a `SELECT` until the end of the transaction. SQLite has one writer, so nothing is needed.
     pub(super) fn lock(self) -> &'static str {
         match self {
@@ -175,11 +183,8 @@ pub(super) async fn bystander(data_dir: &Path, settings: &Settings) -> Result<An
 
 /// Milliseconds since 1970 by the database's clock.
 pub(super) async fn now_ms(connection: &mut AnyConnection) -> Result<i64, StoreError> {
-    let query = match Dialect::of(connection) {
-        Dialect::Sqlite => "SELECT CAST(unixepoch('subsec') * 1000 AS INTEGER)",
-        Dialect::Postgres => "SELECT CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
-    };
-    Ok(sqlx::query_scalar(query).fetch_one(connection).await?)
+    let query = format!("SELECT {}", Dialect::of(connection).now_ms());
+    Ok(sqlx::query_scalar(AssertSqlSafe(query)).fetch_one(connection).await?)
 }
 
 /// The id in a column of a row of `table`.

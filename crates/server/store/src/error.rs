@@ -48,6 +48,8 @@ pub enum StoreError {
     VersionGone,
     #[error("{0:?} is no SHA-256 digest (64 lower-case hex digits)")]
     InvalidDigest(String),
+    #[error("the system gave no random bytes for a key")]
+    NoRandomBytes(#[source] getrandom::Error),
 }
 
 impl From<sqlx::Error> for StoreError {
@@ -79,7 +81,8 @@ impl StoreError {
             | Self::BlobDamaged { .. }
             | Self::CheckpointGone
             | Self::VersionGone
-            | Self::InvalidDigest(_) => None,
+            | Self::InvalidDigest(_)
+            | Self::NoRandomBytes(_) => None,
         }
     }
 

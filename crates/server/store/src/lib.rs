@@ -42,6 +42,11 @@ pub mod batches;
 pub mod datasets;
 pub mod recordings;
 pub mod executions;
+pub mod secret;
+pub mod scopes;
+pub mod keys;
+pub mod sessions;
+pub mod audit;
 pub mod queue;
 mod deaths;
 pub mod stage_claims;
@@ -87,7 +92,7 @@ use readers::Readers;
 use retention::Quota;
 use writer::Writer;
 
-/// Tenant of every row until API keys exist.
+/// Tenant of the operator: of the command line, of clients that are not authenticated, and of its own keys.
 pub static DEFAULT_TENANT: LazyLock<TenantId> = LazyLock::new(|| "default".parse().expect("a valid id"));
 
 /// Handle on the store; cloning shares it.

@@ -1,11 +1,10 @@
 //! The statement of a list: only the conditions that are asked for, so that each list finds its index and a later page
 //! costs what the first one costs.
 
-use sqlx::AssertSqlSafe;
-use sqlx::any::AnyRow;
+use sqlx::any::{Any, AnyRow};
+use sqlx::{AssertSqlSafe, Executor};
 
 use super::StoreError;
-use super::readers::Readers;
 use scene::TenantId;
 
 /// Conditions on the rows of one table, newest first by `id`.
@@ -26,6 +25,11 @@ impl ListQuery {
     pub(super) fn of(tenant_id: &TenantId) -> Self {
         let values = vec![Value::Text(tenant_id.to_string())];
         Self { conditions: "tenant_id = $1".to_owned(), values }
+    }
+
+    /// The rows of all tenants, for the operator.
+    pub(super) fn of_all() -> Self {
+        Self { conditions: "TRUE".to_owned(), values: Vec::new() }
     }
 
     /// A condition without parameters. It stands in the text, so that it finds a partial index.
@@ -98,7 +102,10 @@ impl Statement {
     }
 
     /// The rows.
-    pub(super) async fn rows(self, readers: &Readers) -> Result<Vec<AnyRow>, StoreError> {
+    pub(super) async fn rows<'c>(
+        self,
+        readers: impl Executor<'c, Database = Any>,
+    ) -> Result<Vec<AnyRow>, StoreError> {
         let query = sqlx::query(AssertSqlSafe(self.sql));
         let query = self.values.into_iter().fold(query, |query, value| match value {
             Value::Text(text) => query.bind(text),

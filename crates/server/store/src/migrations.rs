@@ -29,6 +29,7 @@ macro_rules! files {
             "0041_datasets_are_jobs"
             "0042_recordings_are_jobs"
             "0043_executions"
+            "0044_principals"
             "0045_deletion"
             "0046_limits"
         }

@@ -4,6 +4,7 @@
 //! what a process of its own would open.
 
 mod tenants;
+mod keys;
 mod submissions;
 mod lists;
 mod lineage;
@@ -106,6 +107,11 @@ macro_rules! conformance {
 
 conformance! {
     tenants::queries_of_another_tenant_find_and_change_nothing,
+    keys::a_key_opens_until_it_expires_or_is_revoked,
+    keys::keys_are_listed_by_tenant_newest_first_without_their_secrets,
+    keys::the_use_of_a_key_is_noted_once_a_minute,
+    keys::a_session_ends_by_its_time_its_end_or_its_key,
+    keys::the_record_is_listed_by_tenant_and_never_changed,
     submissions::one_key_at_once_makes_one_scene,
     submissions::another_body_under_a_key_is_refused,
     submissions::one_key_at_once_makes_one_execution_of_each_tenant,

@@ -1,5 +1,5 @@
 //! All that a store does, once: submissions, lists with every filter and a second page, claims, stages, calls, ends,
-//! batches, datasets, recordings, removals.
+//! batches, datasets, recordings, keys, removals.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -8,6 +8,7 @@ use batches::{BatchState, OutputError};
 use scene::{BatchId, DatasetId, JobId, MicroUsd, RecordingId, SceneId};
 use serde_json::json;
 use store::artifacts::{ArchiveRow, BuiltScene, FileRow};
+use store::audit::{AuditEntry, AuditFilter};
 use store::batches::{
     BatchFilter, BatchScenes, FeedRules, ItemContent, NewBatch, NewItem, OutputKind, RecipeRest, RestCounts,
 };
@@ -18,6 +19,7 @@ use store::datasets::{
 };
 use store::executions::{ExecutionAnswer, NewExecution, SubmitExecutionOutcome};
 use store::jobs::JobFilter;
+use store::keys::{KeyFilter, NewKey};
 use store::lifecycle::{Failure, FailureClass, JobKind, JobState, SceneState};
 use store::queue::{AttemptOutcome, Schedule, Scope};
 use store::recordings::{
@@ -26,6 +28,7 @@ use store::recordings::{
 };
 use store::retention::RetentionSettings;
 use store::scenes::{NewScene, SceneFilter, SubmitOutcome};
+use store::scopes::ScopeSet;
 use store::{DEFAULT_TENANT, Digest, Lease, Store};
 
 const LEASE: Duration = Duration::from_secs(60);
@@ -38,6 +41,7 @@ pub async fn all(store: &Store) {
     datasets(store).await;
     recordings(store, &scene).await;
     executions(store, &scene).await;
+    principals(store).await;
     operators(store).await;
     removals(store, &scene).await;
 }
@@ -434,6 +438,35 @@ async fn executions(store: &Store, scene: &SceneId) {
 }
 
 /// Statements of operators, probes and monitors.
+/// Keys, sessions and the record of changes.
+async fn principals(store: &Store) {
+    let scopes = ScopeSet::all();
+    let new = NewKey { tenant_id: DEFAULT_TENANT.clone(), name: "key".into(), scopes, lifetime_ms: None };
+    let (key, secret) = store.create_key(new).await.unwrap();
+    store.has_keys().await.unwrap();
+    store.key_grant(&secret.digest()).await.unwrap();
+    let session = Digest::of(b"session");
+    store.begin_session(&secret.digest(), &session, 1000).await.unwrap();
+    store.session_grant(&session).await.unwrap();
+    store.end_session(&session).await.unwrap();
+    for before_id in [None, Some(key.id.clone())] {
+        store.keys(&DEFAULT_TENANT, KeyFilter { before_id, limit: 9 }).await.unwrap();
+    }
+    store.revoke_key(&DEFAULT_TENANT, &key.id).await.unwrap();
+    let entry = AuditEntry {
+        tenant_id: DEFAULT_TENANT.clone(),
+        principal: "key".into(),
+        address: String::new(),
+        action: "revokeKey".into(),
+        subject: "/keys".into(),
+        status: 204,
+    };
+    store.record(entry).await.unwrap();
+    for (since_ms, before_id) in [(None, None), (Some(1), None), (None, Some(key.id.to_string()))] {
+        store.audit(&DEFAULT_TENANT, AuditFilter { since_ms, before_id, limit: 9 }).await.unwrap();
+    }
+}
+
 async fn operators(store: &Store) {
     store.set_paused(true, "test").await.unwrap();
     store.queue_status().await.unwrap();
