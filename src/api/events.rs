@@ -142,7 +142,7 @@ struct EventStream {
 
 impl EventStream {
     fn new(api: TenantApi, subject: Subject, seen: i64, slot: StreamSlot) -> Self {
-        let progress = api.hub.follow(&subject);
+        let progress = api.hub.follow(&api.tenant_id, &subject);
         let ends = Instant::now() + Duration::from_secs(api.settings.max_event_stream_secs);
         let events = VecDeque::new();
         Self { api, subject, seen, progress, events, ends, has_ended: false, _slot: slot }

@@ -12,6 +12,7 @@ use tokio::sync::{Notify, watch};
 use tokio_util::sync::CancellationToken;
 
 use super::subject::{Subject, SubjectProgress};
+use scene::TenantId;
 use store::{Store, StoreError};
 
 /// Least time between two readings; changes in between are read together.
@@ -26,6 +27,9 @@ const SUBJECTS_AT_ONCE: usize = 500;
 /// Progress of one subject; `None` until it has been read.
 pub type Progress = watch::Receiver<Option<SubjectProgress>>;
 
+/// A subject of a tenant. Followers of another tenant's subject follow nothing.
+pub type Followed = (TenantId, Subject);
+
 /// The hub; clones share it.
 #[derive(Clone)]
 pub struct EventHub {
@@ -37,7 +41,7 @@ pub struct EventHub {
 
 #[derive(Default)]
 struct Followers {
-    by_subject: BTreeMap<Subject, watch::Sender<Option<SubjectProgress>>>,
+    by_subject: BTreeMap<Followed, watch::Sender<Option<SubjectProgress>>>,
     has_reader: bool,
 }
 
@@ -46,10 +50,12 @@ impl EventHub {
         Self { store, shutdown, followed: Arc::default(), wake: Arc::default() }
     }
 
-    /// Follows a subject until the receiver is dropped. What is received was read after this call, or shortly before.
-    pub fn follow(&self, subject: &Subject) -> Progress {
+    /// Follows a subject of a tenant until the receiver is dropped. What is received was read after this call, or
+    /// shortly before.
+    pub fn follow(&self, tenant_id: &TenantId, subject: &Subject) -> Progress {
         let mut followed = self.lock();
-        let sender = followed.by_subject.entry(subject.clone()).or_insert_with(|| watch::Sender::new(None));
+        let key = (tenant_id.clone(), subject.clone());
+        let sender = followed.by_subject.entry(key).or_insert_with(|| watch::Sender::new(None));
         let progress = sender.subscribe();
         if !std::mem::replace(&mut followed.has_reader, true) {
             tokio::spawn(self.clone().read_while_followed());
@@ -84,14 +90,14 @@ impl EventHub {
     }
 
     /// The subjects that have followers; `None` ends the reader.
-    fn followed_subjects(&self) -> Option<Vec<Subject>> {
+    fn followed_subjects(&self) -> Option<Vec<Followed>> {
         let mut followed = self.lock();
         followed.by_subject.retain(|_, sender| sender.receiver_count() > 0);
         followed.has_reader = !followed.by_subject.is_empty();
         followed.has_reader.then(|| followed.by_subject.keys().cloned().collect())
     }
 
-    async fn read(&self, subjects: &[Subject]) -> Result<(), StoreError> {
+    async fn read(&self, subjects: &[Followed]) -> Result<(), StoreError> {
         for subjects in subjects.chunks(SUBJECTS_AT_ONCE) {
             let known = Subject::progress_of(&self.store, subjects).await?;
             let followed = self.lock();

@@ -8,9 +8,9 @@ use std::fmt;
 use crate::api::extract::TenantApi;
 use crate::api::jobs;
 use crate::problem::Problem;
-use scene::{JobId, RecordingId};
+use scene::{JobId, RecordingId, TenantId};
 use store::events::Event;
-use store::{DEFAULT_TENANT, Store, StoreError};
+use store::{Store, StoreError};
 
 /// Subject of events.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,30 +52,34 @@ impl Subject {
         }
     }
 
-    /// Progress of some hundred subjects, in one query for each kind; subjects that are not there are left out.
+    /// Progress of some hundred subjects, in one query for each tenant and kind; subjects that their tenant does not
+    /// have are left out.
     ///
     /// # Errors
     ///
     /// A [`StoreError`] if the database does not answer, or a row cannot be read.
     pub async fn progress_of(
         store: &Store,
-        subjects: &[Self],
-    ) -> Result<BTreeMap<Self, SubjectProgress>, StoreError> {
-        let (mut jobs, mut recordings) = (Vec::new(), Vec::new());
-        for subject in subjects {
+        subjects: &[(TenantId, Self)],
+    ) -> Result<BTreeMap<(TenantId, Self), SubjectProgress>, StoreError> {
+        let mut by_tenant: BTreeMap<&TenantId, (Vec<JobId>, Vec<RecordingId>)> = BTreeMap::new();
+        for (tenant_id, subject) in subjects {
+            let (jobs, recordings) = by_tenant.entry(tenant_id).or_default();
             match subject {
                 Self::Job(id) => jobs.push(id.clone()),
                 Self::Recording(id) => recordings.push(id.clone()),
             }
         }
         let mut progress = BTreeMap::new();
-        for head in store.event_heads(&DEFAULT_TENANT, &jobs).await? {
-            let far = SubjectProgress { last_seq: head.last_seq, is_final: head.state.is_final() };
-            progress.insert(Self::Job(head.job_id), far);
-        }
-        for head in store.recording_event_heads(&DEFAULT_TENANT, &recordings).await? {
-            let far = SubjectProgress { last_seq: head.last_seq, is_final: head.state.is_final() };
-            progress.insert(Self::Recording(head.id), far);
+        for (tenant_id, (jobs, recordings)) in by_tenant {
+            for head in store.event_heads(tenant_id, &jobs).await? {
+                let far = SubjectProgress { last_seq: head.last_seq, is_final: head.state.is_final() };
+                progress.insert((tenant_id.clone(), Self::Job(head.job_id)), far);
+            }
+            for head in store.recording_event_heads(tenant_id, &recordings).await? {
+                let far = SubjectProgress { last_seq: head.last_seq, is_final: head.state.is_final() };
+                progress.insert((tenant_id.clone(), Self::Recording(head.id)), far);
+            }
         }
         Ok(progress)
     }
