@@ -40,6 +40,7 @@ use crate::config::{Config, Resolved};
 use crate::pipeline::checkpoint::StageRuntime;
 use crate::worker::{BuildScene, SceneBuilder, Worker};
 use runtime::CpuPool;
+use store::keys::KeyControl;
 use store::limits::LimitsControl;
 use store::queue::control::QueueControl;
 use store::{Intent, Store, StoreError};
@@ -73,8 +74,9 @@ pub enum AppError {
     Listen { address: String, source: std::io::Error },
     #[error(
         "refusing to listen on {address}: clients are not authenticated, so everyone who reaches this address could submit, \
-         read and delete scenes; listen on a loopback address such as 127.0.0.1:8080, or let a reverse proxy \
-         authenticate clients and give --allow-unauthenticated (server.allow_unauthenticated = true)"
+         read and delete scenes; set server.authentication.mode = keys and make a key with `tabletopgen keys create`, listen on \
+         a loopback address such as 127.0.0.1:8080, or let a reverse proxy authenticate clients and give \
+         --allow-unauthenticated (server.allow_unauthenticated = true)"
     )]
     OpenToOthers { address: String },
     #[error("cannot start the CPU pool of {threads} threads; set worker.cpu_threads to fewer")]
@@ -103,6 +105,11 @@ pub async fn queue_control(data_dir: &Path, config: &Config) -> Result<QueueCont
 /// The operator's connection to the limits of tenants, beside running processes.
 pub async fn limits_control(data_dir: &Path, config: &Config) -> Result<LimitsControl, AppError> {
     Ok(LimitsControl::open(data_dir, &config.store).await?)
+}
+
+/// The operator's connection to keys and to the record of changes, beside running processes.
+pub async fn key_control(data_dir: &Path, config: &Config) -> Result<KeyControl, AppError> {
+    Ok(KeyControl::open(data_dir, &config.store).await?)
 }
 
 /// The pool that a process computes on.

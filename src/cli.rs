@@ -35,6 +35,9 @@ pub mod serve;
 pub mod worker;
 pub mod queue;
 pub mod tenants;
+pub mod duration;
+pub mod keys;
+pub mod audit;
 pub mod migrate;
 pub mod backup;
 pub mod restore;
@@ -90,6 +93,10 @@ enum Command {
     Queue(queue::Arguments),
     /// Show the limits of tenants and what is used of them, or give one limits of its own.
     Tenants(tenants::Arguments),
+    /// Make, list and revoke the keys of clients, also while a server runs.
+    Keys(keys::Arguments),
+    /// Print the record of changes: who asked for what, from where, and with which answer.
+    Audit(audit::Arguments),
     /// Bring the database up to date; `serve` and `worker` do so by themselves.
     Migrate(migrate::Arguments),
     /// Copy a data directory, also while a server uses it.
@@ -121,6 +128,8 @@ pub fn main() -> ExitCode {
         Command::Worker(arguments) => worker::run(arguments),
         Command::Queue(arguments) => queue::run(arguments),
         Command::Tenants(arguments) => tenants::run(arguments),
+        Command::Keys(arguments) => keys::run(arguments),
+        Command::Audit(arguments) => audit::run(arguments),
         Command::Migrate(arguments) => migrate::run(arguments),
         Command::Backup(arguments) => backup::run(arguments),
         Command::Restore(arguments) => restore::run(arguments),

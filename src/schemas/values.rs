@@ -1,6 +1,7 @@
 //! Numbers and texts that several requests or answers have.
 
 use std::borrow::Cow;
+use std::fmt;
 use std::marker::PhantomData;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -80,12 +81,16 @@ pub struct Code;
 /// Label of a scene, `key:value`.
 pub struct Label;
 
+/// Name of a tenant.
+pub struct TenantName;
+
 in_place! {
     Id { "type": "string", "format": "uuid" }
     Link { "type": "string", "format": "uri-reference" }
     PathText { "type": "string", "minLength": 1 }
     Sha256 { "type": "string", "pattern": "^[0-9a-f]{64}$" }
     Code { "type": "string", "pattern": "^[a-z0-9_]+$" }
+    TenantName { "type": "string", "pattern": "^[A-Za-z0-9_-]{1,64}$" }
     Label { "type": "string", "pattern": LABEL_PATTERN }
 }
 
@@ -102,6 +107,12 @@ impl Timestamp {
     pub fn of_ms(ms: i64) -> Self {
         let time = jiff::Timestamp::from_millisecond(ms).unwrap_or_default();
         Self(time.strftime("%Y-%m-%dT%H:%M:%S%.3fZ").to_string())
+    }
+}
+
+impl fmt::Display for Timestamp {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
     }
 }
 
