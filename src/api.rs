@@ -4,6 +4,17 @@
 //! full before it is enqueued, and what they refuse is a problem document that says what to change.
 
 pub mod contract;
+mod access;
+pub mod authentication;
+mod principal;
+mod proxy_identity;
+mod cookie;
+mod gate;
+mod audit_trail;
+mod minute_counts;
+pub mod session;
+pub mod keys;
+pub mod audit;
 mod error;
 pub mod views;
 mod query;
@@ -58,13 +69,18 @@ use crate::app::fetching::ImageFetcher;
 use crate::app::{App, image};
 use runtime::CpuPool;
 use store::Store;
+use store::scopes::Scope;
 
 use admission::AllowedHosts;
+use audit_trail::AuditTrail;
 use body_memory::BodyMemory;
 use contract::operations;
 use contract::route::{self, Route};
+use cookie::SessionCookie;
 use events::hub::EventHub;
 use events::stream_limits::StreamLimits;
+use minute_counts::MinuteCounts;
+use proxy_identity::ProxyHeaders;
 use serve::client_address::Proxies;
 use serve::connections::Limits;
 
@@ -74,6 +90,8 @@ use serve::connections::Limits;
 pub struct Settings {
     /// Address and port to listen on; port 0 takes a free one.
     pub listen: String,
+    /// Address by which clients reach the server, such as that of a proxy; empty = that of `listen`.
+    pub public_url: String,
     /// Whether addresses beyond loopback are listened on although clients are not authenticated.
     pub allow_unauthenticated: bool,
     /// Further names that clients reach the server by, separated by spaces; `*` for any.
@@ -127,6 +145,7 @@ pub struct Settings {
     pub close_delay_secs: u64,
     /// Time that a shutdown then waits for requests that are being answered, seconds.
     pub shutdown_grace_secs: u64,
+    pub authentication: authentication::Settings,
 }
 
 /// State that handlers share; cloning shares it.
@@ -158,6 +177,10 @@ pub struct Api {
     body_memory: BodyMemory,
     hosts: Arc<AllowedHosts>,
     proxies: Arc<Proxies>,
+    proxy_headers: Arc<ProxyHeaders>,
+    session_cookie: SessionCookie,
+    logins: Arc<MinuteCounts>,
+    audit_trail: AuditTrail,
     streams: StreamLimits,
     /// Event streams read rows a few at a time: [`CONCURRENT_STREAM_READS`].
     stream_reads: Arc<Semaphore>,
@@ -184,7 +207,15 @@ impl Api {
             receptions: semaphore(2),
             requests: semaphore(settings.max_requests),
             body_memory: BodyMemory::new(settings.body_memory_bytes),
-            hosts: Arc::new(AllowedHosts::new(&settings.listen, &settings.allowed_hosts)),
+            hosts: Arc::new(AllowedHosts::new(
+                &settings.listen,
+                &settings.allowed_hosts,
+                &settings.public_url,
+            )),
+            proxy_headers: Arc::new(ProxyHeaders::new(&settings.authentication)),
+            session_cookie: SessionCookie::new(&settings.public_url),
+            logins: Arc::new(MinuteCounts::new(u32::MAX, settings.authentication.logins_per_minute)),
+            audit_trail: AuditTrail::new(store.clone()),
             proxies: Arc::new(Proxies::new(&settings.proxy_addresses)),
             streams: StreamLimits::new(max_streams, settings.max_event_streams_per_address),
             stream_reads: semaphore(CONCURRENT_STREAM_READS),
@@ -216,24 +247,27 @@ fn max_pixel_blocks(settings: &Settings) -> u32 {
     u32::try_from(settings.max_image_pixels.div_ceil(image::PIXELS_PER_BLOCK)).unwrap_or(u32::MAX).max(1)
 }
 
-/// Every route: method, path, handler, and the text of the contract.
+/// Every route: method, path, handler, the text of the contract, and who may use it. GET needs the scope `read`, POST
+/// `submit`, DELETE and PATCH `delete`, unless a route says otherwise.
 pub fn routes() -> Vec<Route> {
     vec![
         route::post("/scenes", scenes::submit, operations::submit_scene),
-        route::post("/scenes/validate", scenes::validate, operations::validate_scene),
+        route::post("/scenes/validate", scenes::validate, operations::validate_scene).needs(Scope::Read),
         route::get("/scenes", scenes::list, operations::list_scenes),
         route::get("/scenes/{scene_id}", scenes::show, operations::get_scene),
         route::patch("/scenes/{scene_id}", scenes::change, operations::change_scene),
         route::delete("/scenes/{scene_id}", scenes::remove, operations::delete_scene),
         route::get("/scenes/{scene_id}/bundle", bundle::download, operations::get_bundle),
         route::post("/scenes/{scene_id}/edits", edits::submit, operations::edit_scene),
-        route::post("/scenes/{scene_id}/edits/validate", edits::validate, operations::validate_edit),
+        route::post("/scenes/{scene_id}/edits/validate", edits::validate, operations::validate_edit)
+            .needs(Scope::Read),
         route::post("/scenes/{scene_id}/variants", variants::submit, operations::make_variants),
         route::post(
             "/scenes/{scene_id}/variants/validate",
             variants::validate,
             operations::validate_variants,
-        ),
+        )
+        .needs(Scope::Read),
         route::get("/scenes/{scene_id}/lineage", lineage::show, operations::get_lineage),
         route::get("/scenes/{scene_id}/tasks", tasks::list, operations::list_tasks),
         route::post("/scenes/{scene_id}/executions", executions::submit, operations::execute_task),
@@ -246,13 +280,16 @@ pub fn routes() -> Vec<Route> {
         route::delete("/batches/{batch_id}", batches::remove, operations::delete_batch),
         route::get("/batches/{batch_id}/output", batches::output, operations::get_batch_output),
         route::get("/batches/{batch_id}/errors", batches::errors, operations::get_batch_errors),
-        route::post("/batches/{batch_id}/cancel", batches::cancel, operations::cancel_batch),
-        route::post("/batches/{batch_id}/retry", batches::retry, operations::retry_batch),
+        route::post("/batches/{batch_id}/cancel", batches::cancel, operations::cancel_batch)
+            .needs(Scope::Operate),
+        route::post("/batches/{batch_id}/retry", batches::retry, operations::retry_batch)
+            .needs(Scope::Operate),
         route::post("/datasets", datasets::submit, operations::submit_dataset),
         route::get("/datasets", datasets::list, operations::list_datasets),
         route::get("/datasets/{dataset_id}", datasets::show, operations::get_dataset),
         route::delete("/datasets/{dataset_id}", datasets::remove, operations::delete_dataset),
-        route::post("/datasets/{dataset_id}/verify", datasets::verify, operations::verify_dataset),
+        route::post("/datasets/{dataset_id}/verify", datasets::verify, operations::verify_dataset)
+            .needs(Scope::Operate),
         route::get("/datasets/{dataset_id}/archive", datasets::archive, operations::get_dataset_archive),
         route::get("/datasets/{dataset_id}/files", datasets::files, operations::list_dataset_files),
         route::get("/datasets/{dataset_id}/files/{*name}", datasets::download, operations::get_dataset_file),
@@ -260,7 +297,8 @@ pub fn routes() -> Vec<Route> {
         route::get("/episodes/{recording_id}", episodes::show, operations::get_episodes),
         route::delete("/episodes/{recording_id}", episodes::remove, operations::delete_episodes),
         route::get("/episodes/{recording_id}/events", events::of_recording, operations::list_episode_events),
-        route::post("/episodes/{recording_id}/cancel", episodes::cancel, operations::cancel_episodes),
+        route::post("/episodes/{recording_id}/cancel", episodes::cancel, operations::cancel_episodes)
+            .needs(Scope::Operate),
         route::get("/episodes/{recording_id}/files", episodes::files, operations::list_episode_files),
         route::get(
             "/episodes/{recording_id}/files/{*name}",
@@ -277,32 +315,43 @@ pub fn routes() -> Vec<Route> {
         route::get("/jobs/{job_id}", jobs::show, operations::get_job),
         route::get("/jobs/{job_id}/stages", jobs::stages, operations::list_stages),
         route::get("/jobs/{job_id}/events", events::of_job, operations::list_events),
-        route::post("/jobs/{job_id}/cancel", jobs::cancel, operations::cancel_job),
-        route::post("/jobs/{job_id}/retry", jobs::retry, operations::retry_job),
-        route::get("/healthz", probes::healthz, operations::healthz),
-        route::get("/readyz", probes::readyz, operations::readyz),
-        route::get("/metrics", probes::metrics, operations::metrics),
-        route::get("/version", probes::version, operations::version),
-        route::get("/openapi.yaml", probes::openapi, operations::openapi),
+        route::post("/jobs/{job_id}/cancel", jobs::cancel, operations::cancel_job).needs(Scope::Operate),
+        route::post("/jobs/{job_id}/retry", jobs::retry, operations::retry_job).needs(Scope::Operate),
+        route::post("/session", session::begin, operations::begin_session).public(),
+        route::get("/session", session::show, operations::get_session).for_all_known(),
+        route::delete("/session", session::end, operations::end_session).public(),
+        route::post("/keys", keys::create, operations::create_key).needs(Scope::Admin),
+        route::get("/keys", keys::list, operations::list_keys).needs(Scope::Admin),
+        route::delete("/keys/{key_id}", keys::revoke, operations::revoke_key).needs(Scope::Admin),
+        route::get("/audit", audit::list, operations::list_audit).needs(Scope::Admin),
+        route::get("/audit/lines", audit::lines, operations::export_audit).needs(Scope::Admin),
+        route::get("/healthz", probes::healthz, operations::healthz).public(),
+        route::get("/readyz", probes::readyz, operations::readyz).public(),
+        route::get("/metrics", probes::metrics, operations::metrics).needs(Scope::Operate),
+        route::get("/version", probes::version, operations::version).public(),
+        route::get("/openapi.yaml", probes::openapi, operations::openapi).public(),
     ]
 }
 
-/// The routes with what surrounds them: request ids, problem documents, metrics, panics caught.
+/// The routes behind their gates, with what surrounds them: request ids, problem documents, metrics, panics caught.
 pub fn router(api: Api) -> Router {
-    router_of(api, |_| true)
-}
-
-/// The routes of a process without the interface: probes, metrics and the version.
-pub fn probe_router(api: Api) -> Router {
-    router_of(api, |path| matches!(path, "/healthz" | "/readyz" | "/metrics" | "/version"))
-}
-
-fn router_of(api: Api, serves: impl Fn(&str) -> bool) -> Router {
     let router = routes()
         .into_iter()
-        .filter(|route| serves(route.path))
-        .fold(Router::new(), |router, route| router.route(route.path, route.handler))
-        .fallback(error::no_such_route)
-        .method_not_allowed_fallback(error::method_not_allowed);
+        .fold(Router::new(), |router, route| router.route(route.path, gate::around(route, &api)));
+    surrounded(router, api)
+}
+
+/// The routes of a process without the interface: probes, metrics and the version, for all who reach its address.
+pub fn probe_router(api: Api) -> Router {
+    let is_probe = |route: &Route| matches!(route.path, "/healthz" | "/readyz" | "/metrics" | "/version");
+    let router = routes()
+        .into_iter()
+        .filter(is_probe)
+        .fold(Router::new(), |router, route| router.route(route.path, route.handler));
+    surrounded(router, api)
+}
+
+fn surrounded(router: Router<Api>, api: Api) -> Router {
+    let router = router.fallback(error::no_such_route).method_not_allowed_fallback(error::method_not_allowed);
     layers::around(admission::around(idempotency::around(router, &api), &api), &api).with_state(api)
 }

@@ -19,6 +19,8 @@ pub enum ProblemType {
     MalformedRequest,
     /// 422: it can be read, and a value in it will not do.
     InvalidRequest,
+    /// 401: this needs a credential, or the one that was sent opens nothing.
+    Unauthorized,
     /// 403: this sender may not ask for this.
     Forbidden,
     NotFound,
@@ -46,6 +48,7 @@ impl ProblemType {
     pub const ALL: [Self; 17] = [
         Self::MalformedRequest,
         Self::InvalidRequest,
+        Self::Unauthorized,
         Self::Forbidden,
         Self::NotFound,
         Self::MethodNotAllowed,
@@ -68,6 +71,7 @@ impl ProblemType {
         match self {
             Self::MalformedRequest => (400, "Bad Request", "malformed-request"),
             Self::InvalidRequest => (422, "Unprocessable Entity", "invalid-request"),
+            Self::Unauthorized => (401, "Unauthorized", "unauthorized"),
             Self::Forbidden => (403, "Forbidden", "forbidden"),
             Self::NotFound => (404, "Not Found", "not-found"),
             Self::MethodNotAllowed => (405, "Method Not Allowed", "method-not-allowed"),

@@ -61,6 +61,7 @@ async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) 
     let listener = listening::bind(&config.server).await?;
     let address = address_of(&listener, &config.server.listen)?;
     let store = app::open(data_dir, config, Intent::Create).await?;
+    listening::advise_on_keys(&config.server, &store).await?;
     let cpu = app::cpu_pool(config)?;
     let worker = build.map(|build| worker(resolved, data_dir, &store, &cpu, build));
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());

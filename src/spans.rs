@@ -44,6 +44,8 @@ pub fn request(id: &str, method: &str, path: &str, trace_parent: Option<&str>) -
         path,
         route = Empty,
         status = Empty,
+        principal = Empty,
+        tenant = Empty,
         scene_id = Empty,
         job_id = Empty,
     );

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use axum::Router;
 use axum::extract::{Request, State};
-use axum::http::uri::Authority;
+use axum::http::uri::{Authority, Uri};
 use axum::http::{HeaderMap, Method, Version, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
@@ -65,9 +65,11 @@ pub(super) struct AllowedHosts {
 }
 
 impl AllowedHosts {
-    /// `listen` is the listen address, `allowed` the setting `server.allowed_hosts`.
-    pub fn new(listen: &str, allowed: &str) -> Self {
+    /// `listen` is the listen address, `allowed` the setting `server.allowed_hosts`, `public_url` that of the name.
+    pub fn new(listen: &str, allowed: &str, public_url: &str) -> Self {
         let mut named: BTreeSet<String> = allowed.split_whitespace().map(str::to_ascii_lowercase).collect();
+        let public: Option<Uri> = public_url.parse().ok();
+        named.extend(public.as_ref().and_then(Uri::host).map(str::to_ascii_lowercase));
         let any = named.remove("*");
         let listen = listen.rsplit_once(':').map_or(listen, |(host, _)| host).to_ascii_lowercase();
         Self { named, any, listen }
@@ -188,7 +190,11 @@ mod tests {
 
     #[test]
     fn only_names_and_addresses_of_the_server_are_hosts() {
-        let hosts = AllowedHosts::new("0.0.0.0:8080", "Scenes.example.org .internal api:8080");
+        let hosts = AllowedHosts::new(
+            "0.0.0.0:8080",
+            "Scenes.example.org .internal api:8080",
+            "https://Public.example:444/",
+        );
         for (host, expected) in [
             ("localhost", "fine"),
             ("LOCALHOST:8080", "fine"),
@@ -202,6 +208,8 @@ mod tests {
             ("internal", "host_not_allowed"),
             ("api:8080", "fine"),
             ("api", "host_not_allowed"),
+            ("public.example", "fine"),
+            ("private.example", "host_not_allowed"),
             ("rebound.example", "host_not_allowed"),
             ("0.0.0.0", "host_not_allowed"),
             ("a b", "invalid_host"),
@@ -212,15 +220,15 @@ mod tests {
         }
         assert_eq!(code(&hosts, Method::GET, &[], "192.0.2.7"), "invalid_host");
         assert_eq!(code(&hosts, Method::GET, &[("host", "localhost"), ("host", "a")], ""), "invalid_host");
-        let any = AllowedHosts::new("scenes.lan:80", "*");
+        let any = AllowedHosts::new("scenes.lan:80", "*", "");
         assert_eq!(code(&any, Method::GET, &[("host", "anything")], ""), "fine");
-        let listening = AllowedHosts::new("scenes.lan:80", "");
+        let listening = AllowedHosts::new("scenes.lan:80", "", "");
         assert_eq!(code(&listening, Method::GET, &[("host", "scenes.lan")], ""), "fine");
     }
 
     #[test]
     fn pages_of_other_sites_are_refused() {
-        let hosts = AllowedHosts::new("127.0.0.1:8080", "scenes.example.org");
+        let hosts = AllowedHosts::new("127.0.0.1:8080", "scenes.example.org", "");
         let navigate = [("sec-fetch-mode", "navigate"), ("sec-fetch-dest", "document")];
         for (method, fields, expected) in [
             (Method::POST, vec![], "fine"),

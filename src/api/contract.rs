@@ -21,6 +21,7 @@ pub fn document() -> Value {
         let mut operation = Operation::new(route.path, &mut read, &mut written);
         (route.request)(&mut operation);
         (route.text)(&mut operation);
+        operation.guards(route.access);
         let path = paths.entry(route.path.replace("{*", "{")).or_insert_with(|| json!({}));
         path[route.method.as_str().to_lowercase()] = operation.into_document();
     }
@@ -35,7 +36,12 @@ pub fn document() -> Value {
         "servers": [{ "url": "/" }],
         "tags": tags(),
         "paths": paths,
-        "components": { "headers": headers(), "responses": refusals(), "schemas": schemas },
+        "components": {
+            "headers": headers(),
+            "responses": refusals(),
+            "schemas": schemas,
+            "securitySchemes": security_schemes(),
+        },
     })
 }
 
@@ -63,6 +69,7 @@ fn tags() -> Value {
         ("datasets", "Frozen, verifiable sets of finished scenes."),
         ("episodes", "Demonstrations of robots in a finished scene, recorded as datasets for policies."),
         ("jobs", "Operations on scenes, their stages and their events."),
+        ("access", "Sessions of browsers, keys, and the record of changes."),
         ("service", "Health, metrics, version, contract."),
     ];
     tags.map(|(name, description)| json!({ "name": name, "description": description })).into_iter().collect()
@@ -84,10 +91,35 @@ fn headers() -> Value {
                             quoted.",
             "schema": { "type": "string", "pattern": "^\"[0-9a-f]{64}\"$" },
         },
+        "SetCookie": {
+            "description": "The cookie of a session.",
+            "schema": { "type": "string" },
+        },
         "ContentRange": { "schema": { "type": "string" } },
         "RetryAfter": {
             "description": "Seconds to wait before the request is sent again.",
             "schema": { "type": "integer", "minimum": 1, "maximum": 2678400 },
+        },
+    })
+}
+
+/// Credentials of clients.
+fn security_schemes() -> Value {
+    json!({
+        "key": {
+            "type": "http",
+            "scheme": "bearer",
+            "bearerFormat": "tt_ and 43 characters of base64url",
+            "description": "A key. Each operation names the scope that it needs: `read` sees and downloads, `submit` orders \
+                work, `delete` removes, `operate` cancels, repeats and verifies, `admin` manages keys. A server without \
+                authentication needs none; a key that opens nothing is refused there, too.",
+        },
+        "session": {
+            "type": "apiKey",
+            "in": "cookie",
+            "name": "tt_session",
+            "description": "The cookie of `POST /session`, for browsers. A server that is reached by https calls it \
+                `__Host-tt_session`.",
         },
     })
 }

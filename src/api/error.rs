@@ -28,6 +28,11 @@ impl IntoResponse for Problem {
             let plain = header::HeaderValue::from_static("identity");
             response.headers_mut().insert(header::ACCEPT_ENCODING, plain);
         }
+        if self.kind == ProblemType::Unauthorized {
+            response
+                .headers_mut()
+                .insert(header::WWW_AUTHENTICATE, header::HeaderValue::from_static("Bearer"));
+        }
         response.extensions_mut().insert(self);
         response
     }

@@ -1,6 +1,5 @@
 //! Typed extractors: the tenant of a request, the id in a path, and a JSON body within its limits.
 
-use std::convert::Infallible;
 use std::ops::Deref;
 use std::str::FromStr;
 
@@ -14,16 +13,16 @@ use super::Api;
 use super::body::{BodyReader, ReceivedBody};
 use super::body_memory::Reservation;
 use super::json_body::{MAX_SMALL_BODY_BYTES, media_type, parse_apart};
+use super::principal::Principal;
 use crate::problem::{Problem, ProblemType};
-use scene::{BatchId, DatasetId, JobId, RecordingId, SceneId, TenantId};
-use store::DEFAULT_TENANT;
+use scene::{BatchId, DatasetId, JobId, KeyId, RecordingId, SceneId, TenantId};
 
 /// The state that handlers share, on behalf of the tenant that a request comes from.
 #[derive(Clone)]
 pub struct TenantApi {
     api: Api,
-    /// Clients are not authenticated, so it is the one tenant of a server.
     pub tenant_id: TenantId,
+    pub principal: Principal,
 }
 
 impl Deref for TenantApi {
@@ -35,10 +34,15 @@ impl Deref for TenantApi {
 }
 
 impl FromRequestParts<Api> for TenantApi {
-    type Rejection = Infallible;
+    type Rejection = Problem;
 
-    async fn from_request_parts(_: &mut Parts, api: &Api) -> Result<Self, Infallible> {
-        Ok(Self { api: api.clone(), tenant_id: DEFAULT_TENANT.clone() })
+    async fn from_request_parts(parts: &mut Parts, api: &Api) -> Result<Self, Problem> {
+        // The gate of the route has put it there.
+        let Some(principal) = parts.extensions.get::<Principal>().cloned() else {
+            let detail = "this route has no principal, which is a bug of the server; report it";
+            return Err(Problem::new(ProblemType::Internal, "internal_error", detail));
+        };
+        Ok(Self { api: api.clone(), tenant_id: principal.tenant_id.clone(), principal })
     }
 }
 
@@ -61,6 +65,10 @@ impl ResourceId for BatchId {
 
 impl ResourceId for DatasetId {
     const NAME: &str = "dataset";
+}
+
+impl ResourceId for KeyId {
+    const NAME: &str = "key";
 }
 
 impl ResourceId for RecordingId {

@@ -13,6 +13,8 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use uuid::Uuid;
 
+use scene::TenantId;
+use scene::id::InvalidId;
 use scene::labels::is_label;
 
 /// The parameters of a query as a struct, which should deny unknown fields. A parameter that is unknown, repeated or
@@ -152,6 +154,25 @@ impl TryFrom<String> for IdFilter {
     }
 }
 
+/// The tenant that an administrator asks about.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(try_from = "String")]
+pub struct TenantFilter(TenantId);
+
+impl TenantFilter {
+    pub fn id(self) -> TenantId {
+        self.0
+    }
+}
+
+impl TryFrom<String> for TenantFilter {
+    type Error = InvalidId;
+
+    fn try_from(text: String) -> Result<Self, InvalidId> {
+        text.parse().map(Self)
+    }
+}
+
 /// A label that scenes must have, `key:value`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 #[serde(try_from = "String")]
@@ -214,6 +235,11 @@ in_place! {
         "pattern": "^[A-Za-z0-9_-]{21}[AQgw]$",
     }
     IdFilter { "type": "string", "format": "uuid" }
+    TenantFilter {
+        "description": "The operator may name any; others their own one, which is the usual one.",
+        "type": "string",
+        "pattern": "^[A-Za-z0-9_-]{1,64}$",
+    }
     LabelFilter {
         "description": "`key:value`",
         "type": "string",

@@ -241,6 +241,9 @@ fn start_at_zero() {
         "connections_per_address",
         "event_streams",
         "event_streams_per_address",
+        "credential",
+        "scope",
+        "logins",
     ] {
         metrics::counter!("tabletopgen_requests_refused_total", "reason" => reason).increment(0);
     }

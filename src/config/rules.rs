@@ -2,9 +2,12 @@
 
 use super::Config;
 use super::parts::Parts;
+use crate::api;
+use crate::api::authentication::Mode;
 use ports::feature_extractor::FeatureAdapter;
 use remote::settings::{AnalystProvider, TransportMode};
 use store::BlobPlace;
+use store::scopes::ScopeSet;
 
 /// Every broken rule: the key to change, and why.
 pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
@@ -59,6 +62,7 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         not_an_address.is_none(),
         format!("{:?} is no address, such as 10.0.0.1", not_an_address.unwrap_or_default()),
     );
+    authentication(server, &mut rule);
     rule(
         "worker.heartbeat_secs",
         worker.heartbeat_secs * 3 <= worker.lease_secs,
@@ -209,6 +213,44 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
     );
     rule("export.date", is_date(&export.date), format!("{:?} is no date such as 2026-01-31", export.date));
     found
+}
+
+/// Rules of section `[server.authentication]` and of the public address.
+fn authentication(server: &api::Settings, rule: &mut impl FnMut(&'static str, bool, String)) {
+    let url = &server.public_url;
+    let host = ["https://", "http://"].iter().find_map(|scheme| url.strip_prefix(scheme));
+    rule(
+        "server.public_url",
+        url.is_empty() || host.is_some_and(|host| !host.is_empty() && !host.starts_with('/')),
+        format!("{url:?} is no address such as https://scenes.example.org"),
+    );
+    let settings = &server.authentication;
+    for (key, name) in [
+        ("server.authentication.proxy_user_header", &settings.proxy_user_header),
+        ("server.authentication.proxy_tenant_header", &settings.proxy_tenant_header),
+        ("server.authentication.proxy_scopes_header", &settings.proxy_scopes_header),
+    ] {
+        let is_name = name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-');
+        rule(key, is_name, format!("{name:?} is no name of a header, such as X-Auth-Request-Email"));
+    }
+    let has_user = !settings.proxy_user_header.is_empty();
+    rule(
+        "server.authentication.proxy_user_header",
+        !has_user || (settings.mode == Mode::Keys && !server.proxy_addresses.is_empty()),
+        "it wants server.authentication.mode = keys, and the proxy in server.proxy_addresses; without them everyone could \
+         name any user, or none"
+            .into(),
+    );
+    for (key, name) in [
+        ("server.authentication.proxy_tenant_header", &settings.proxy_tenant_header),
+        ("server.authentication.proxy_scopes_header", &settings.proxy_scopes_header),
+    ] {
+        let detail = "it says nothing without server.authentication.proxy_user_header; name that, too";
+        rule(key, has_user || name.is_empty(), detail.into());
+    }
+    let scopes = ScopeSet::parse(&settings.proxy_usual_scopes);
+    let fault = scopes.err().map(|error| error.to_string());
+    rule("server.authentication.proxy_usual_scopes", fault.is_none(), fault.unwrap_or_default());
 }
 
 /// `host:port`.

@@ -142,8 +142,23 @@ fn complaints_name_key_value_and_what_would_do() {
         ("dro.fine_px", "250"),
         ("resolve.clearances_m", "0.2, 0.1"),
         ("export.date", "2026-1-31"),
+        ("server.public_url", "scenes.example.org"),
+        ("server.public_url", "https://"),
+        ("server.authentication.proxy_user_header", "x user"),
+        ("server.authentication.proxy_user_header", "x-user"),
+        ("server.authentication.proxy_tenant_header", "x-tenant"),
+        ("server.authentication.proxy_usual_scopes", "read all"),
     ] {
         assert!(complaint(&[(key, value)]).starts_with(key), "{key} = {value}");
+    }
+    let proxy = [
+        ("server.authentication.mode", "keys"),
+        ("server.authentication.proxy_user_header", "x-user"),
+        ("server.proxy_addresses", "10.0.0.1"),
+    ];
+    assert!(layers::load(arguments(&proxy)).is_ok());
+    for lacking in [&proxy[1..], &proxy[..2]] {
+        assert!(complaint(lacking).contains("everyone could name any user"), "{lacking:?}");
     }
     let unstable = complaint(&[("settle.solver_iterations", "5")]);
     assert!(unstable.starts_with("settle.contact_frequency_hz"), "{unstable}");

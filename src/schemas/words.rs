@@ -50,6 +50,8 @@ words! {
     "State of a request of a batch." RequestState = batches::RequestState::ALL.map(batches::RequestState::as_str);
     "Format of a dataset of episodes." EpisodeFormat = Format::ALL.map(|format| format.folder());
     "From the robot's left, from opposite to it, or on its hand." UsualCamera = USUAL;
+    "Use of a key: `read` sees and downloads, `submit` orders work, `delete` removes, `operate` cancels, repeats and \
+     verifies, `admin` manages keys." Scope = store::scopes::Scope::ALL;
     "Kind of a proposed task." ProposalKind = tasks::proposals::ProposalKind::ALL.map(|kind| json_word(&kind));
 }
 

@@ -23,3 +23,5 @@ mod labels;
 mod bodies;
 mod event_streams;
 mod hosts;
+mod access;
+mod sessions;

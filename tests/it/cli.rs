@@ -7,6 +7,7 @@ mod edits;
 mod episodes;
 mod executions;
 mod foreground;
+mod keys;
 mod signals;
 mod batch;
 mod backups;

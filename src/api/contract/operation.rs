@@ -12,11 +12,13 @@ use serde_json::{Map, Value, json};
 
 use super::apply_rules;
 use crate::api::Api;
+use crate::api::access::Access;
 use crate::api::enqueue::Delivery;
 use crate::api::extract::{JsonBody, JsonRequest, OptionalJsonBody, PathId, PathName, ResourceId, TenantApi};
 use crate::api::idempotency::IdempotencyKey;
 use crate::api::query::Parameters;
 use crate::api::serve::connection::Connection;
+use crate::api::session::{GivenKey, LoginBody};
 use crate::schemas::not_null;
 use crate::schemas::values::{Bytes, MAX_INTEGER};
 
@@ -67,6 +69,29 @@ impl<'a> Operation<'a> {
         self.facts.insert("tags".to_owned(), json!([tag]));
         self.facts.insert("operationId".to_owned(), id.into());
         self.facts.insert("summary".to_owned(), summary.into());
+    }
+
+    /// Id of the operation, once it has one.
+    pub fn id(&self) -> &str {
+        self.facts.get("operationId").and_then(Value::as_str).unwrap_or_default()
+    }
+
+    /// Credentials that it takes, and the scope that they need.
+    pub fn guards(&mut self, access: Access) {
+        let security = match access {
+            Access::Public => json!([]),
+            Access::Known => credentials(&[]),
+            Access::Scope(scope) => credentials(&[scope.as_str()]),
+        };
+        self.facts.insert("security".to_owned(), security);
+        if access != Access::Public {
+            self.refuses(&[401]);
+        }
+    }
+
+    /// The last answer sets or removes the cookie of a session.
+    pub fn sets_cookie(&mut self) {
+        self.gives("Set-Cookie", "SetCookie");
     }
 
     /// A description beyond the summary.
@@ -269,6 +294,11 @@ impl<'a> Operation<'a> {
     }
 }
 
+/// Alternatives; the last one is a server that needs no credentials.
+fn credentials(scopes: &[&str]) -> Value {
+    json!([{ "key": scopes }, { "session": scopes }, {}])
+}
+
 /// Description of a request by an extractor.
 pub trait Describe {
     fn describe(_: &mut Operation<'_>) {}
@@ -337,6 +367,12 @@ impl<T: JsonRequest> Describe for JsonBody<T> {
     fn describe(operation: &mut Operation<'_>) {
         operation.reads::<T::Schema>("application/json");
         operation.shows("application/json", T::EXAMPLE);
+    }
+}
+
+impl Describe for GivenKey {
+    fn describe(operation: &mut Operation<'_>) {
+        JsonBody::<LoginBody>::describe(operation);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Summaries, answers and links of the operations, which no type says.
 
+mod access;
 mod batches;
 mod datasets;
 mod episodes;
@@ -7,6 +8,7 @@ mod jobs;
 mod scenes;
 mod service;
 
+pub use access::*;
 pub use batches::*;
 pub use datasets::*;
 pub use episodes::*;

@@ -33,13 +33,18 @@ impl Proxies {
         self.0.contains(&address.to_canonical())
     }
 
-    /// The client of a request: the peer, or whom a proxy names last in `X-Forwarded-For`. Earlier entries are the
-    /// client's own words.
+    /// The client of a request, as limits count it.
     pub fn client(&self, peer: IpAddr, headers: &HeaderMap) -> ClientAddress {
+        self.client_ip(peer, headers).into()
+    }
+
+    /// The address of the client of a request: the peer, or whom a proxy names last in `X-Forwarded-For`. Earlier
+    /// entries are the client's own words.
+    pub fn client_ip(&self, peer: IpAddr, headers: &HeaderMap) -> IpAddr {
         let lists = headers.get_all("x-forwarded-for").into_iter().filter_map(|list| list.to_str().ok());
         let last = lists.flat_map(|list| list.split(',')).last();
         let named = last.and_then(|text| text.trim().parse::<IpAddr>().ok());
-        named.filter(|_| self.contains(peer)).unwrap_or(peer).into()
+        named.filter(|_| self.contains(peer)).unwrap_or(peer).to_canonical()
     }
 }
 

@@ -73,7 +73,11 @@ async fn an_address_beyond_loopback_needs_leave() {
         assert!(matches!(error, AppError::OpenToOthers { .. }), "{error}");
         let message = error.chain();
         assert!(message.contains(listen) && message.contains("--allow-unauthenticated"), "{message}");
+        assert!(message.contains("keys create"), "{message}");
     }
+    let keys = [("server.listen", "0.0.0.0:0"), ("server.authentication.mode", "keys")];
+    let server = Server::with(&script, &keys).await;
+    drop(server);
     let set = [("server.listen", "0.0.0.0:0"), ("server.allow_unauthenticated", "true")];
     let server = Server::with(&script, &set).await;
     let port = server.service.address.port();

@@ -24,13 +24,15 @@ use tokio::net::TcpListener;
 const TRACE_PARENT: &str = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";
 
 /// Every secret of the test, by where it goes in.
-const SECRETS: [(&str, &str); 6] = [
+const SECRETS: [(&str, &str); 8] = [
     ("the key of a vendor", "sk-vendor-0f1e2d"),
     ("the key of the collector", "otlp-9a8b7c"),
     ("the authorization of a client", "client-5d4c3b"),
     ("a query of a client", "query-7e6f5a"),
     ("the signature of an image's address", "signature-1b2c3d"),
     ("a label", "label-4e5f6a"),
+    ("a key that opens nothing", "tt_6b7c8d"),
+    ("a cookie that opens nothing", "cookie-2c3d4e"),
 ];
 
 fn secret(of: &str) -> &'static str {
@@ -202,6 +204,14 @@ async fn one_scene_in_metrics_traces_and_log_and_no_secret_in_any() {
     );
     let request = json!({ "image": { "url": address } });
     assert_eq!(serving.call("POST", "/scenes", &authorization, &request.to_string()).0, 422);
+
+    let key = format!("authorization: Bearer {}\r\n", secret("a key that opens nothing"));
+    let cookie = format!("cookie: tt_session={}\r\n", secret("a cookie that opens nothing"));
+    for header in [key, cookie] {
+        assert_eq!(serving.call("GET", "/scenes", &header, "").0, 401);
+    }
+    let login = json!({ "key": secret("a key that opens nothing") }).to_string();
+    assert_eq!(serving.call("POST", "/session", "", &login).0, 401);
 
     let deadline = Instant::now() + Duration::from_secs(120);
     loop {

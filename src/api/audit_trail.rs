@@ -1,0 +1,112 @@
+//! Writing of the record of changes.
+//!
+//! A change is answered when its row is written. The row of a client that leaves before its answer is written
+//! afterwards, with status 499. Requests that were refused or failed changed nothing; of them a bounded number is
+//! recorded each minute, so that refusals do not fill the database.
+
+use std::sync::Arc;
+
+use axum::http::StatusCode;
+use tokio::sync::Semaphore;
+
+use super::minute_counts::MinuteCounts;
+use super::serve::client_address::ClientAddress;
+use store::Store;
+use store::audit::AuditEntry;
+
+/// Refusals that are recorded in a minute, in all and per client address.
+const REFUSALS_PER_MINUTE: u32 = 600;
+const REFUSALS_PER_CLIENT: u32 = 60;
+/// Rows that are written in the background at the same time.
+const CONCURRENT_ROWS: usize = 32;
+/// The client went before it was answered, or the handler panicked.
+const CLIENT_WENT: u16 = 499;
+/// Longest subject, characters.
+const MAX_SUBJECT_CHARS: usize = 300;
+
+/// The record; clones share it.
+#[derive(Clone, Debug)]
+pub struct AuditTrail {
+    store: StoreHandle,
+    refusals: Arc<MinuteCounts>,
+    background: Arc<Semaphore>,
+}
+
+#[derive(Clone)]
+struct StoreHandle(Store);
+
+impl std::fmt::Debug for StoreHandle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Store")
+    }
+}
+
+impl AuditTrail {
+    pub fn new(store: Store) -> Self {
+        let refusals = Arc::new(MinuteCounts::new(REFUSALS_PER_MINUTE, REFUSALS_PER_CLIENT));
+        Self { store: StoreHandle(store), refusals, background: Arc::new(Semaphore::new(CONCURRENT_ROWS)) }
+    }
+
+    /// Begins a request that is recorded; [`Recorded::end`] writes the row.
+    pub fn begin(&self, mut entry: AuditEntry, client: Option<ClientAddress>) -> Recorded {
+        if let Some((end, _)) = entry.subject.char_indices().nth(MAX_SUBJECT_CHARS) {
+            entry.subject.truncate(end);
+        }
+        Recorded { trail: self.clone(), client, entry: Some(entry) }
+    }
+
+    async fn write(&self, entry: AuditEntry) {
+        if let Err(error) = self.store.0.record(entry).await {
+            match error.outage() {
+                // The store itself reports outages, once.
+                Some(_) => tracing::debug!(error = error.chain(), "a change was not recorded"),
+                None => tracing::error!(error = error.chain(), "a change was not recorded"),
+            }
+        }
+    }
+
+    /// Writes without a caller that waits for it.
+    fn write_in_background(&self, entry: AuditEntry) {
+        let Ok(permit) = self.background.clone().try_acquire_owned() else { return };
+        let Ok(runtime) = tokio::runtime::Handle::try_current() else { return };
+        let trail = self.clone();
+        runtime.spawn(async move {
+            let _permit = permit;
+            trail.write(entry).await;
+        });
+    }
+}
+
+/// A request whose answer is recorded.
+#[derive(Debug)]
+pub struct Recorded {
+    trail: AuditTrail,
+    client: Option<ClientAddress>,
+    /// `None` when it has been written.
+    entry: Option<AuditEntry>,
+}
+
+impl Recorded {
+    /// Writes the row with the status of the answer.
+    pub async fn end(mut self, status: StatusCode) {
+        let Some(mut entry) = self.entry.take() else { return };
+        entry.status = status.as_u16();
+        let changed_nothing = status.is_client_error() || status.is_server_error();
+        if changed_nothing && !self.trail.refusals.admit(self.client) {
+            return;
+        }
+        // A store that fails must not keep the answer that says so.
+        match status.is_server_error() {
+            true => self.trail.write_in_background(entry),
+            false => self.trail.write(entry).await,
+        }
+    }
+}
+
+impl Drop for Recorded {
+    fn drop(&mut self) {
+        if let Some(entry) = self.entry.take() {
+            self.trail.write_in_background(AuditEntry { status: CLIENT_WENT, ..entry });
+        }
+    }
+}
