@@ -20,8 +20,7 @@ impl Access {
     pub fn of(method: &Method) -> Self {
         Self::Scope(match *method {
             Method::GET | Method::HEAD => Scope::Read,
-            // An expiry is a deletion that comes later.
-            Method::DELETE | Method::PATCH => Scope::Delete,
+            Method::DELETE => Scope::Delete,
             _ => Scope::Submit,
         })
     }

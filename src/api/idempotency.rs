@@ -14,6 +14,7 @@ use axum::response::{IntoResponse, Response};
 
 use super::Api;
 use super::extract::TenantApi;
+use super::principal::Identity;
 use crate::problem::{Problem, ProblemType};
 
 /// The kind of what a request with a key makes.
@@ -47,9 +48,14 @@ pub(super) fn scoped(api: &TenantApi, scope: KeyScope, key: Option<&str>) -> Opt
     key.map(|key| format!("{}{scope} {key}", client_of(api)))
 }
 
-/// Name of the client whose key it is, with a `:`. Clients have no names yet: all of a tenant are one client.
-fn client_of(_: &TenantApi) -> &'static str {
-    ""
+/// Name of the client whose key it is, with a `:`; nothing where they have no names. A session is the client of
+/// the key that began it. Scopes have no `:`, so two clients never have the same stored key.
+fn client_of(api: &TenantApi) -> String {
+    match &api.principal.identity {
+        Identity::Anonymous => String::new(),
+        Identity::Key(id) | Identity::Session(id) => format!("key:{id}:"),
+        Identity::User(name) => format!("user:{name}:"),
+    }
 }
 
 /// The header `Idempotency-Key` alone.

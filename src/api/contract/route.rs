@@ -86,7 +86,7 @@ where
     H: Handler<T, Api> + DescribedHandler<I>,
     T: 'static,
 {
-    Route { method: Method::PATCH, path, handler: routing::patch(handler), request: H::describe, text }
+    new(Method::PATCH, path, handler, text)
 }
 
 /// A route of the method DELETE.
