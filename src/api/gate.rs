@@ -57,7 +57,7 @@ async fn pass(State(gate): State<Gate>, request: Request, next: Next) -> Respons
     if let Access::Scope(scope) = gate.access
         && let Err(problem) = principal.check(scope)
     {
-        let refused = Refused { problem, tenant_id: principal.tenant_id, name };
+        let refused = Refused { problem: Box::new(problem), tenant_id: principal.tenant_id, name };
         return gate.refuse(refused, address, subject).await;
     }
     let recorded = gate.is_recorded.then(|| {
@@ -97,7 +97,7 @@ impl Gate {
             status: 0,
         };
         let recorded = self.api.audit_trail.begin(entry, address.map(Into::into));
-        let response = problem.into_response();
+        let response = (*problem).into_response();
         recorded.end(response.status()).await;
         response
     }

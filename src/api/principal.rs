@@ -54,7 +54,7 @@ impl Identity {
 /// The refusal of a credential, with what is known of its owner.
 #[derive(Debug)]
 pub struct Refused {
-    pub problem: Problem,
+    pub problem: Box<Problem>,
     pub tenant_id: TenantId,
     pub name: String,
 }
@@ -182,12 +182,20 @@ pub(super) fn granted(
             unauthorized("credential_revoked", "this key was revoked; ask an administrator for a new one")
         }
     };
-    Err(Refused { problem, tenant_id: grant.tenant_id, name: identity(grant.key_id).name() })
+    Err(Refused {
+        problem: Box::new(problem),
+        tenant_id: grant.tenant_id,
+        name: identity(grant.key_id).name(),
+    })
 }
 
 /// A refusal of which no owner is known; the operator's record has it.
 fn refused(problem: Problem) -> Refused {
-    Refused { problem, tenant_id: DEFAULT_TENANT.clone(), name: Identity::Anonymous.name() }
+    Refused {
+        problem: Box::new(problem),
+        tenant_id: DEFAULT_TENANT.clone(),
+        name: Identity::Anonymous.name(),
+    }
 }
 
 fn missing() -> Problem {

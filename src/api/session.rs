@@ -134,7 +134,7 @@ pub async fn begin(
         status: status.as_u16(),
     };
     api.audit_trail.begin(entry, address.map(Into::into)).end(status).await;
-    let principal = begun.map_err(|refused| refused.problem)?;
+    let principal = begun.map_err(|refused| *refused.problem)?;
     let seconds = principal.expires_at_ms.map_or(0, |end| (end - now_ms) / 1000);
     Ok(with_cookie(api.session_cookie.write(&session, seconds)))
 }

@@ -8,7 +8,7 @@ use hyper::Method;
 use scene::TenantId;
 use serde_json::{Value, json};
 use store::datasets::{NewDataset, SubmitDatasetOutcome};
-use store::executions::NewExecution;
+use store::executions::{NewExecution, SubmitExecutionOutcome};
 use store::keys::NewKey;
 use store::recordings::{NewRecording, SubmitRecordingOutcome};
 use store::scopes::{Scope, ScopeSet};
@@ -107,8 +107,12 @@ async fn everything(server: &Server, authorization: &str) -> BTreeMap<&'static s
         scene_id: scene_id.parse().unwrap(),
         request: json!({ "version": 1 }),
         bundle: Digest::of(b"bundle"),
+        idempotency: None,
     };
-    let execution_id = store.submit_execution(execution).await.unwrap();
+    let SubmitExecutionOutcome::Created(execution_id) = store.submit_execution(execution).await.unwrap()
+    else {
+        panic!("it has no key");
+    };
     let (_, key_id) = key(server, "default", ScopeSet::all(), None).await;
     BTreeMap::from([
         ("{scene_id}", scene_id),
