@@ -250,6 +250,11 @@ fn max_pixel_blocks(settings: &Settings) -> u32 {
 /// Every route: method, path, handler, the text of the contract, and who may use it. GET needs the scope `read`, POST
 /// `submit`, DELETE and PATCH `delete`, unless a route says otherwise.
 pub fn routes() -> Vec<Route> {
+    [scene_routes(), collection_routes(), job_routes()].into_iter().flatten().collect()
+}
+
+/// Scenes, and what is made from one.
+fn scene_routes() -> Vec<Route> {
     vec![
         route::post("/scenes", scenes::submit, operations::submit_scene),
         route::post("/scenes/validate", scenes::validate, operations::validate_scene).needs(Scope::Read),
@@ -274,6 +279,12 @@ pub fn routes() -> Vec<Route> {
         route::post("/scenes/{scene_id}/episodes", episodes::submit, operations::submit_episodes),
         route::get("/scenes/{scene_id}/artifacts", artifacts::list, operations::list_artifacts),
         route::get("/scenes/{scene_id}/artifacts/{*name}", artifacts::download, operations::get_artifact),
+    ]
+}
+
+/// Batches, datasets and recordings of episodes.
+fn collection_routes() -> Vec<Route> {
+    vec![
         route::post("/batches", batches::submit, operations::submit_batch),
         route::get("/batches", batches::list, operations::list_batches),
         route::get("/batches/{batch_id}", batches::show, operations::get_batch),
@@ -310,6 +321,12 @@ pub fn routes() -> Vec<Route> {
             episodes::archive,
             operations::get_episode_archive,
         ),
+    ]
+}
+
+/// Jobs, access, and the server itself.
+fn job_routes() -> Vec<Route> {
+    vec![
         route::get("/executions/{execution_id}", executions::show, operations::get_execution),
         route::get("/jobs", jobs::list, operations::list_jobs),
         route::get("/jobs/{job_id}", jobs::show, operations::get_job),
