@@ -28,6 +28,8 @@ use store::queue::{AttemptOutcome, Claim, ClaimedWork};
 use store::{Lease, Store, StoreError};
 
 pub use request::{DatasetRequest, DatasetSource};
+pub use verification::VerificationResult;
+pub use versions::DatasetSummary;
 
 /// Folder of the work in a data directory.
 const FOLDER: &str = "datasets";

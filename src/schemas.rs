@@ -1,7 +1,8 @@
-//! JSON schemas of the types that other crates have, for requests and answers that hold them.
+//! JSON schemas that no single type has, for requests and answers.
 //!
-//! Types of this package derive their schemas where they are. Those of crates below it, which know nothing of an
-//! interface, are described here, one file for each subject; tests compare what the server answers with them.
+//! Types derive their schemas where they are, those of crates below this package too. Here are values and lists of
+//! words that several bodies have, bodies that no type reads as a whole, and types with alternatives, which the
+//! contract describes as one object; tests compare these with values of the types.
 
 pub mod values;
 pub mod words;
@@ -10,15 +11,16 @@ pub mod scene_settings;
 pub mod batches;
 pub mod datasets;
 pub mod edits;
-pub mod edit_accounts;
 pub mod episodes;
 pub mod executions;
 pub mod summaries;
-pub mod tasks;
 pub mod texts;
+pub mod as_objects;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde_json::{Value, json};
+
+use scene::json_schema::not_null;
 
 /// The schema of a body in which a field is given and other fields are not.
 pub fn narrowed<T: JsonSchema>(
@@ -41,28 +43,6 @@ pub fn narrowed<T: JsonSchema>(
         }
     }
     schema
-}
-
-/// Takes null out of the values of a schema.
-pub fn not_null(schema: &mut Value) {
-    let is_null = |kind: &Value| kind == "null" || kind["type"] == "null";
-    let Some(map) = schema.as_object_mut() else { return };
-    if let Some(Value::Array(kinds)) = map.get_mut("type") {
-        kinds.retain(|kind| !is_null(kind));
-        if kinds.len() == 1 {
-            let only = kinds.remove(0);
-            map.insert("type".to_owned(), only);
-        }
-    }
-    if let Some(Value::Array(choices)) = map.get_mut("anyOf") {
-        choices.retain(|choice| !is_null(choice));
-        if choices.len() == 1
-            && let Value::Object(only) = choices.remove(0)
-        {
-            map.remove("anyOf");
-            map.extend(only);
-        }
-    }
 }
 
 /// Types that stand for a body in which one of several fields is given.

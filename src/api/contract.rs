@@ -5,17 +5,22 @@ pub(super) mod operation;
 pub(super) mod operations;
 pub(super) mod route;
 
+use std::collections::BTreeSet;
+
 use schemars::SchemaGenerator;
 use schemars::generate::{Contract, SchemaSettings};
 use serde_json::{Map, Value, json};
 
 use crate::problem::ProblemDocument;
-use crate::schemas::not_null;
+use crate::schemas::as_objects::{describe_answers, describe_requests};
 use operation::Operation;
+use scene::json_schema::{join_lines, list_words, not_null};
 
 /// The whole document.
 pub fn document() -> Value {
     let (mut read, mut written) = (generator(Contract::Deserialize), generator(Contract::Serialize));
+    describe_requests(&mut read);
+    describe_answers(&mut written);
     let mut paths: Map<String, Value> = Map::new();
     for route in super::routes() {
         let mut operation = Operation::new(route.path, &mut read, &mut written);
@@ -30,6 +35,7 @@ pub fn document() -> Value {
     // What is both read and answered is described as it is read, which allows more.
     schemas.extend(definitions(read));
     schemas.sort_keys();
+    keep_named(&mut schemas, &json!([paths, refusals()]));
     json!({
         "openapi": "3.1.0",
         "info": info(),
@@ -147,6 +153,25 @@ fn generator(contract: Contract) -> SchemaGenerator {
     settings.into_generator()
 }
 
+/// Removes schemas that nothing refers to. Problems stay, and lines of files, which descriptions name.
+fn keep_named(schemas: &mut Map<String, Value>, document: &Value) {
+    let mut named: BTreeSet<String> = BTreeSet::new();
+    let mut open = vec![document.to_string()];
+    let roots = ["BatchRequestLine", "BatchResult", "Problem"].map(str::to_owned);
+    let mut found: Vec<String> = roots.into();
+    while let Some(text) = open.pop() {
+        let references = text.split("\"#/components/schemas/").skip(1);
+        found.extend(references.filter_map(|rest| rest.split('"').next()).map(str::to_owned));
+        for name in found.drain(..) {
+            if let Some(schema) = schemas.get(&name).filter(|_| !named.contains(&name)) {
+                open.push(schema.to_string());
+                named.insert(name);
+            }
+        }
+    }
+    schemas.retain(|name, _| named.contains(name));
+}
+
 /// The schemas of a generator by the rules of the contract.
 fn definitions(mut generator: SchemaGenerator) -> Map<String, Value> {
     let is_answer = generator.contract().is_serialize();
@@ -185,10 +210,12 @@ pub(crate) fn apply_rules(schema: &mut Value, is_answer: bool) {
                 }
                 _ => {}
             }
-            if let Some(Value::String(text)) = map.get_mut("description") {
-                let paragraphs = text.split("\n\n").map(|paragraph| paragraph.replace('\n', " "));
-                *text = paragraphs.collect::<Vec<_>>().join("\n\n");
+            list_words(map);
+            // New fields may be added to answers.
+            if is_answer && map.get("additionalProperties") == Some(&Value::Bool(false)) {
+                map.shift_remove("additionalProperties");
             }
+            join_lines(map);
             let inner =
                 map.iter_mut().filter(|(name, _)| !["default", "examples", "const"].contains(&name.as_str()));
             inner.for_each(|(_, inner)| apply_rules(inner, is_answer));

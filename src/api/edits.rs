@@ -6,7 +6,7 @@ use axum::Json;
 use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::admission::overloaded;
 use super::enqueue::{Delivery, enqueue};
@@ -15,14 +15,13 @@ use super::parent;
 use super::query::{NoParameters, Parameters, Time};
 use super::scene_body::terms;
 use crate::app::edit_scene::EditOrder;
+use crate::app::edit_scene::Prediction;
 use crate::problem::Problem;
-use crate::schemas::edit_accounts::EditPrediction;
 use crate::schemas::edits::EditOperations;
 use crate::schemas::narrowed_types;
-use crate::schemas::scene_request::{Labels, StoredRequest};
-use crate::schemas::scene_settings::SceneSettings;
+use crate::schemas::scene_request::Labels;
 use crate::schemas::values::{AllowQuarantined, Deadline, NotBefore, OptionalSeed, Priority, SceneText};
-use scene::request::RequestOptions;
+use scene::request::{RequestOptions, SceneSettings};
 use scene::{SceneId, SceneRequest};
 
 /// The body of an edit, not validated.
@@ -102,11 +101,9 @@ impl JsonRequest for EditBody {
 pub(super) struct ValidatedEdit {
     #[schemars(extend("const" = true))]
     valid: bool,
-    #[schemars(with = "StoredRequest")]
     request: SceneRequest,
     /// Places and collisions of the result; null where nothing is predicted.
-    #[schemars(with = "Option<EditPrediction>")]
-    prediction: Value,
+    prediction: Option<Prediction>,
 }
 
 /// `POST /scenes/{scene_id}/edits`.
@@ -138,7 +135,7 @@ pub async fn validate(
     let (app, request) = (api.app.clone(), submission.request);
     let predict = move |archive: &[u8]| {
         let prediction = app.predict_edit(&request, archive)?;
-        Ok(ValidatedEdit { valid: true, request, prediction: json!(prediction) })
+        Ok(ValidatedEdit { valid: true, request, prediction })
     };
     let document = parent::compute_with(&api, &scene_id, &parent, permit, predict).await?;
     Ok(Json(document).into_response())

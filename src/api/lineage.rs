@@ -11,10 +11,9 @@ use super::scenes::{find, latest_job};
 use super::views::StageView;
 use crate::problem::Problem;
 use crate::schemas::edits::EditOperations;
-use crate::schemas::scene_request::Randomize;
 use crate::schemas::values::{Id, Timestamp};
 use crate::schemas::words::{SceneState, Verdict};
-use scene::SceneId;
+use scene::{Randomize, SceneId};
 use store::scenes::{SceneFilter, SceneRow};
 
 /// Largest number of ancestors that are listed, the nearest ones.

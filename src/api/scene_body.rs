@@ -21,7 +21,7 @@ use crate::app::submission::{SceneOrder, Submission};
 use crate::app::terms::Terms;
 use crate::problem::{FieldError, Problem, ProblemType};
 use crate::schemas::narrowed_types;
-use crate::schemas::scene_request::{Labels, Options};
+use crate::schemas::scene_request::Labels;
 use crate::schemas::values::{Deadline, NotBefore, OptionalSeed, Priority, SceneText};
 use scene::request::RequestOptions;
 
@@ -40,7 +40,6 @@ pub struct SceneBody {
     pub seed: Option<u64>,
     #[schemars(with = "Labels")]
     pub labels: BTreeMap<String, String>,
-    #[schemars(with = "Options")]
     pub options: RequestOptions,
     #[schemars(with = "Priority")]
     pub priority: Option<i64>,

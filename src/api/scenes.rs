@@ -18,8 +18,8 @@ use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
 use super::{jobs, scene_body};
 use crate::app::scene_labels::{LabelsPatch, change_labels, present};
 use crate::problem::Problem;
+use crate::schemas::scene_request;
 use crate::schemas::words;
-use crate::schemas::{self, scene_request, scene_request::StoredRequest};
 use scene::text_account::TextAccount;
 use scene::{SceneId, SceneRequest};
 use store::lifecycle::SceneState;
@@ -53,11 +53,9 @@ pub async fn validate(
 pub(super) struct Validated {
     #[schemars(extend("const" = true))]
     valid: bool,
-    #[schemars(with = "StoredRequest")]
     request: SceneRequest,
     /// The account of the text; null without a text, and where a remote model reads texts. Beside an image it is an
     /// account before the image is recognized.
-    #[schemars(with = "Option<schemas::texts::TextAccount>")]
     text: Option<TextAccount>,
 }
 

@@ -19,8 +19,7 @@ use super::query::{NoParameters, Parameters, Time};
 use super::scene_body::terms;
 use crate::app::variants::{Variants, VariantsOrder};
 use crate::problem::Problem;
-use crate::schemas;
-use crate::schemas::scene_request::{Labels, StoredRequest};
+use crate::schemas::scene_request::Labels;
 use crate::schemas::values::{
     AllowQuarantined, Deadline, Id, MAX_INTEGER, NotBefore, OptionalSeed, Priority,
 };
@@ -36,7 +35,6 @@ pub struct VariantsBody {
     #[schemars(range(min = 1, max = 1000))]
     pub count: u32,
     /// Differences; everything where it is absent or names nothing.
-    #[schemars(with = "Option<schemas::scene_request::Randomize>")]
     pub randomize: Option<Randomize>,
     /// Whether the parent may be a scene whose certificate says quarantine.
     #[schemars(with = "AllowQuarantined")]
@@ -93,7 +91,6 @@ pub(super) struct VariantsView {
     /// Seed that the seeds of the variants are drawn from.
     #[schemars(range(min = 0, max = MAX_INTEGER))]
     seed: u64,
-    #[schemars(with = "schemas::scene_request::Randomize")]
     randomize: Randomize,
     scenes: Vec<VariantView>,
     /// Variants for which a limit leaves no room; the same request with the same Idempotency-Key goes on.
@@ -117,7 +114,6 @@ pub(super) struct VariantView {
 pub(super) struct ValidatedVariants {
     #[schemars(extend("const" = true))]
     valid: bool,
-    #[schemars(with = "Vec<StoredRequest>")]
     requests: Vec<SceneRequest>,
 }
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::schemas::scene_request::{Labels, StoredRequest};
-use crate::schemas::summaries::{Metrics, Summary};
+use crate::schemas::scene_request::Labels;
+use crate::schemas::summaries::{Metrics, SceneSummary};
 use crate::schemas::values::{Id, Link, MAX_INTEGER, Sha256, Timestamp};
 use crate::schemas::words::{FailureClass, JobKind, JobState, SceneState, StageState, Verdict};
 use schemars::JsonSchema;
@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 pub use super::spending::SpendingView;
-use scene::{DatasetId, JobId, RecordingId, SceneId};
+use scene::{DatasetId, JobId, RecordingId, SceneId, SceneRequest};
 use store::artifacts::ArtifactRow;
 use store::events::Event;
 use store::jobs::{JobRow, StageRow};
@@ -34,13 +34,13 @@ pub struct SceneView {
     pub parent: Option<SceneId>,
     #[schemars(range(min = 0, max = MAX_INTEGER))]
     pub seed: u64,
-    #[schemars(with = "StoredRequest")]
+    #[schemars(with = "SceneRequest")]
     pub request: Value,
     #[schemars(with = "Labels")]
     pub labels: BTreeMap<String, String>,
     #[schemars(with = "Option<Metrics>")]
     pub metrics: Option<Value>,
-    #[schemars(with = "Option<Summary>")]
+    #[schemars(with = "Option<SceneSummary<'static>>")]
     pub summary: Option<Value>,
     pub created_at: Timestamp,
     pub updated_at: Timestamp,

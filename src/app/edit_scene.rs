@@ -9,7 +9,7 @@ use crate::pipeline;
 use crate::pipeline::error::StageError;
 use crate::problem::{FieldError, Problem, ProblemType};
 use editing::instruction;
-use pipeline::edit::Prediction;
+pub use pipeline::edit::Prediction;
 use runtime::CancelFlag;
 use scene::{EditOperation, Input, SceneRequest};
 use store::Digest;

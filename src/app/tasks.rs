@@ -11,7 +11,6 @@ use super::submission::check_text;
 use crate::config::Resolved;
 use crate::pipeline::task_scene::BundleScene;
 use crate::problem::{FieldError, Problem, ProblemType};
-use crate::schemas;
 use crate::schemas::values::MAX_INTEGER;
 use embedded::analyst;
 use manipulation::execution::{KnownGrasps, Rehearsal};
@@ -29,14 +28,11 @@ pub struct SceneTasks {
     #[schemars(range(min = 0, max = MAX_INTEGER))]
     pub seed: u64,
     /// The task of the scene's own text, where it was an instruction.
-    #[schemars(with = "Option<schemas::tasks::Task>")]
     pub own: Option<Task>,
     /// Task of the given instruction.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Option<schemas::tasks::Task>")]
     pub instructed: Option<Task>,
     /// Empty where an instruction was given.
-    #[schemars(with = "Vec<schemas::tasks::ProposedTask>")]
     pub proposed: Vec<ProposedTask>,
 }
 

@@ -2,14 +2,31 @@
 
 use std::path::Path;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{FreezeError, Freezer, Steps, sources};
+use crate::schemas::values::MAX_INTEGER;
 use datasets::verify;
 use store::datasets::DatasetRow;
 
 /// Faults that are listed; the number of all is stated.
 const MAX_FAULTS: usize = 100;
+
+/// Findings of the last verification.
+#[derive(Serialize, JsonSchema)]
+pub struct VerificationResult {
+    intact: bool,
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
+    scenes: usize,
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
+    bytes: u64,
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
+    fault_count: usize,
+    /// The first hundred.
+    faults: Vec<verify::Fault>,
+}
 
 impl Freezer {
     /// Verifies a version; what was found, as JSON.
@@ -34,25 +51,23 @@ impl Freezer {
         let verified = self.cpu.run(move || {
             verify::verify(&version, &mut |done, all| steps.set(done, all)).map_err(|error| error.to_string())
         });
-        Ok(match verified.await? {
-            Ok(verification) => {
-                let faults = &verification.faults;
-                let listed = faults.iter().take(MAX_FAULTS);
-                let listed: Vec<_> =
-                    listed.map(|fault| json!({ "path": fault.path, "reason": fault.reason })).collect();
-                json!({
-                    "intact": faults.is_empty(),
-                    "scenes": verification.facts.len(),
-                    "bytes": verification.bytes,
-                    "fault_count": faults.len(),
-                    "faults": listed,
-                })
-            }
+        let result = match verified.await? {
+            Ok(verification) => VerificationResult {
+                intact: verification.faults.is_empty(),
+                scenes: verification.facts.len(),
+                bytes: verification.bytes,
+                fault_count: verification.faults.len(),
+                faults: verification.faults.into_iter().take(MAX_FAULTS).collect(),
+            },
             // Without a manifest there is nothing to compare with.
-            Err(reason) => json!({
-                "intact": false, "scenes": 0, "bytes": 0, "fault_count": 1,
-                "faults": [{ "path": datasets::dataset_manifest::PATH, "reason": reason }],
-            }),
-        })
+            Err(reason) => VerificationResult {
+                intact: false,
+                scenes: 0,
+                bytes: 0,
+                fault_count: 1,
+                faults: vec![verify::Fault { path: datasets::dataset_manifest::PATH.to_owned(), reason }],
+            },
+        };
+        Ok(json!(result))
     }
 }

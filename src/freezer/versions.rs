@@ -2,15 +2,32 @@
 
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use serde_json::json;
 
 use super::request::DatasetRequest;
 use super::{FreezeError, Freezer, Steps, sources};
-use datasets::dataset_manifest::{self, Layout};
+use crate::schemas::datasets::OpenDocument;
+use datasets::dataset_manifest::{self, Changes, Counts, Layout};
 use datasets::freeze::{self, FreezeRequest, FrozenDataset, Progress};
+use datasets::selection::Selection;
 use datasets::{licences, statistics};
 use store::datasets::{DatasetFile, DatasetRow, FrozenVersion};
 use store::{Lease, StoreError};
+
+/// From the manifest of the version.
+#[derive(Serialize, JsonSchema)]
+pub struct DatasetSummary<'a> {
+    #[schemars(with = "OpenDocument")]
+    counts: &'a Counts,
+    #[schemars(with = "OpenDocument")]
+    selection: &'a Selection,
+    #[schemars(with = "Option<OpenDocument>")]
+    changes: Option<&'a Changes>,
+    /// The version existed already.
+    unchanged: bool,
+}
 
 impl Freezer {
     /// Freezes a dataset and records the files of its version.
@@ -47,14 +64,16 @@ impl Freezer {
             }
             _ => self.put_files(lease, &frozen, steps).await?,
         };
-        let summary = json!({
-            "counts": manifest.counts, "selection": manifest.selection, "changes": manifest.changes,
-            "unchanged": frozen.existed,
-        });
+        let summary = DatasetSummary {
+            counts: &manifest.counts,
+            selection: &manifest.selection,
+            changes: manifest.changes.as_ref(),
+            unchanged: frozen.existed,
+        };
         Ok(FrozenVersion {
             version: i64::from(manifest.version),
             digest: manifest.digest.clone(),
-            summary,
+            summary: json!(summary),
             paths,
         })
     }

@@ -26,7 +26,7 @@ use super::scene_identity::SceneIdentity;
 use super::{
     Context, PreparedObjects, Settings, artifact_io, place, reconstruct, rehearse, resolve, segment,
 };
-use certificate::{Appearance, ResolveFinding, Verdict};
+use certificate::{Appearance, ResolveFinding, SceneSummary, Verdict};
 use export::ExportSettings;
 use physics::{CertifySettings, SettleSettings};
 use ports::{Adapter, Ports};
@@ -37,7 +37,7 @@ use store::Digest;
 pub use plausibility::HealthSettings;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 19 };
+pub const STAGE: Stage = Stage { name: "certify", version: 20 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -315,25 +315,24 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         .await??;
     context.put_json("report.json", &certified.certificate).await?;
     let certificate = &certified.certificate;
-    let mut summary = json!({
-        "bundle_id": inputs.identity.id,
-        "objects": inputs.composition.recognition.objects.len(),
-        "table": inputs.composition.recognition.table.label,
-        "verdict_text": certificate.summary,
-        "text": inputs.composition.account,
-        "edit": inputs.composition.edit,
-        "fidelity": certificate.fidelity,
-        "resolve": inputs.composition.resolve.log,
-        "gave_way": inputs.composition.resolve.gave_way,
-    });
-    if let Some(robot) = &certificate.robot {
-        summary["robot"] = json!(robot);
-    }
+    let composition = &inputs.composition;
+    let summary = SceneSummary {
+        bundle_id: &inputs.identity.id,
+        objects: composition.recognition.objects.len(),
+        table: &composition.recognition.table.label,
+        verdict_text: &certificate.summary,
+        text: composition.account.as_ref(),
+        edit: composition.edit.as_ref(),
+        fidelity: &certificate.fidelity,
+        resolve: &composition.resolve.log,
+        gave_way: &composition.resolve.gave_way,
+        robot: certificate.robot.as_ref(),
+    };
     Ok(Output {
         archive: context.put("scene.zip", "application/zip", certified.archive).await?,
         verdict: certificate.verdict,
         reasons: certificate.reasons.iter().map(|reason| reason.sentence.clone()).collect(),
         metrics: certificate.metrics,
-        summary,
+        summary: json!(summary),
     })
 }

@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 
-use super::scene_request::{Labels, Options};
+use super::scene_request::Labels;
 use super::values::{Id, Link, MAX_INTEGER, OptionalSeed, SceneText};
 use super::words::RequestState;
+use ::batches::output::OutputError;
+use scene::request::RequestOptions;
 
 /// Templates with slots in braces, times the values of the slots, times seeds, times options. Seeds vary fastest, then
 /// options, then slots from the last to the first, then templates.
@@ -76,30 +78,7 @@ pub struct BatchRequestBody {
     #[schemars(default)]
     pub labels: Labels,
     #[schemars(default)]
-    pub options: Options,
-}
-
-/// Requests in each state; `total` is their sum.
-#[derive(JsonSchema)]
-pub struct RequestCounts {
-    #[schemars(range(min = 0, max = 1_000_000))]
-    pub total: u64,
-    #[schemars(range(min = 0, max = 1_000_000))]
-    pub pending: u64,
-    #[schemars(range(min = 0, max = 1_000_000))]
-    pub running: u64,
-    #[schemars(range(min = 0, max = 1_000_000))]
-    pub succeeded: u64,
-    #[schemars(range(min = 0, max = 1_000_000))]
-    pub failed: u64,
-    #[schemars(range(min = 0, max = 1_000_000))]
-    pub quarantined: u64,
-    #[schemars(range(min = 0, max = 1_000_000))]
-    pub cancelled: u64,
-    #[schemars(range(min = 0, max = 1_000_000))]
-    pub duplicate: u64,
-    #[schemars(range(min = 0, max = 1_000_000))]
-    pub invalid: u64,
+    pub options: RequestOptions,
 }
 
 /// A line of the output or of the errors of a batch.
@@ -112,7 +91,7 @@ pub struct BatchResult {
     /// `pass` or `quarantine`, once certified.
     pub verdict: Option<String>,
     pub bundle: Option<Link>,
-    pub error: Option<BatchResultError>,
+    pub error: Option<OutputError>,
     /// Duration of all computed stages together.
     #[schemars(range(min = 0.0, max = 9_000_000_000.0))]
     pub stages_s: f64,
@@ -121,23 +100,6 @@ pub struct BatchResult {
     /// The request that asks for the same scene.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub duplicate_of: Option<String>,
-}
-
-/// Reason why a request has no scene.
-#[derive(JsonSchema)]
-pub struct BatchResultError {
-    #[schemars(regex(pattern = r"^[a-z0-9_]+$"))]
-    pub code: String,
-    pub message: String,
-    /// Line of the body, or number of the request of a recipe, from 1.
-    #[schemars(skip_serializing_if = "Option::is_none", range(min = 1, max = MAX_INTEGER))]
-    pub line: Option<u64>,
-    /// In bytes.
-    #[schemars(skip_serializing_if = "Option::is_none", range(min = 1, max = MAX_INTEGER))]
-    pub column: Option<u64>,
-    /// JSON pointer into the request.
-    #[schemars(skip_serializing_if = "Option::is_none")]
-    pub pointer: Option<String>,
 }
 
 /// Values of a slot.
@@ -162,8 +124,8 @@ pub enum RecipeSeeds {
 #[derive(JsonSchema)]
 #[schemars(inline, untagged)]
 pub enum RecipeOptions {
-    One(Options),
-    List(#[schemars(length(min = 1), extend("uniqueItems" = true))] Vec<Options>),
+    One(RequestOptions),
+    List(#[schemars(length(min = 1), extend("uniqueItems" = true))] Vec<RequestOptions>),
 }
 
 /// All combinations, or some of them.

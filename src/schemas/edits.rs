@@ -1,11 +1,11 @@
-//! Operations of an edit: types of the crate `scene`.
+//! Operations of an edit, each as an object with a name of its own.
 
 use schemars::{JsonSchema, Schema};
 use serde_json::{Value, json};
 
 /// Operations, carried out in order.
 #[derive(JsonSchema)]
-pub struct EditOperations(#[schemars(length(min = 1, max = 64))] pub Vec<EditOperation>);
+pub struct EditOperations(#[schemars(length(min = 1, max = 64))] pub Vec<scene::EditOperation>);
 
 /// One operation; `op` says which.
 #[derive(JsonSchema)]

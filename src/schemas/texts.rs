@@ -1,48 +1,9 @@
-//! Parts of a text that were understood, and parts that were not: types of the crate `scene`.
+//! Parts of the account of a text as objects without alternatives.
 
 use schemars::JsonSchema;
 
-use super::values::Names;
-
-/// Parts of a text that were understood, and parts that were not. Every word is part of it, but for a closed list of
-/// ignorable ones.
-#[derive(JsonSchema)]
-pub struct TextAccount {
-    pub understood: Vec<Understood>,
-    pub unrecognized: Vec<Unrecognized>,
-    pub goal: Option<Goal>,
-    /// Objects outside the catalog; what stands there has the mark of a stand-in.
-    pub stand_ins: Vec<String>,
-    /// Objects that the text does not name; the theme added them.
-    pub fillings: Vec<String>,
-    /// Demands of the text that yielded in the layout. Absent where there is none, and before there is a layout.
-    #[schemars(skip_serializing_if = "Option::is_none")]
-    pub unmet: Option<Vec<Unmet>>,
-    /// Of an edited scene, the id of the scene that was made from the text, as in its `scene.json`.
-    #[schemars(skip_serializing_if = "Option::is_none")]
-    pub of_scene: Option<String>,
-    /// Parts of the text that edits changed. `understood` has only what is left of their meaning.
-    #[schemars(skip_serializing_if = "Option::is_none")]
-    pub changed: Option<Vec<ChangedPart>>,
-}
-
-/// A part of the text; byte offsets and its words.
-#[derive(JsonSchema)]
-pub struct TextSpan {
-    #[schemars(range(min = 0, max = 16_000))]
-    pub start: u32,
-    #[schemars(range(min = 0, max = 16_000))]
-    pub end: u32,
-    pub text: String,
-}
-
-/// A part of the text that an edit changed.
-#[derive(JsonSchema)]
-pub struct ChangedPart {
-    pub span: TextSpan,
-    /// Change made by the operation, such as `removed teapot_1`.
-    pub by: String,
-}
+use scene::name::Names;
+use scene::text_account::TextSpan;
 
 /// A part of the text and its meaning.
 #[derive(JsonSchema)]
@@ -98,35 +59,6 @@ pub enum MeaningKind {
     Correction,
 }
 
-/// A part of the text without effect, and the reason.
-#[derive(JsonSchema)]
-pub struct Unrecognized {
-    pub span: TextSpan,
-    pub reason: UnrecognizedReason,
-    /// The known word that is spelled most similarly.
-    #[schemars(skip_serializing_if = "Option::is_none")]
-    pub nearest_by_spelling: Option<String>,
-    /// The known object that is nearest in meaning.
-    #[schemars(skip_serializing_if = "Option::is_none")]
-    pub nearest_by_meaning: Option<String>,
-}
-
-/// Reason why a part of the text has no effect.
-#[derive(JsonSchema)]
-#[schemars(rename_all = "snake_case")]
-pub enum UnrecognizedReason {
-    UnknownObject,
-    UnknownWord,
-    NotPlaceable,
-    OutOfRange,
-    NotSupported,
-    Contradiction,
-    NoReferent,
-    NotExpressible,
-    NotInImage,
-    ShownByImage,
-}
-
 /// A demand of the text that the layout does not meet, and its objects.
 #[derive(JsonSchema)]
 pub struct Unmet {
@@ -179,22 +111,4 @@ pub enum ArrangementKind {
     Grid,
     Pile,
     Pyramid,
-}
-
-/// The goal of an instruction; the scene shows its start state.
-#[derive(JsonSchema)]
-pub struct Goal {
-    pub instruction: String,
-    pub predicates: Vec<GoalPredicate>,
-}
-
-/// A condition on the end state.
-#[derive(JsonSchema)]
-pub struct GoalPredicate {
-    pub predicate: String,
-    pub object: String,
-    #[schemars(default, with = "String", skip_serializing_if = "Option::is_none")]
-    pub target: Option<String>,
-    #[schemars(default, with = "String", skip_serializing_if = "Option::is_none")]
-    pub second_target: Option<String>,
 }

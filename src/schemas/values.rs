@@ -1,10 +1,8 @@
 //! Numbers and texts that several requests or answers have.
 
-use std::borrow::Cow;
 use std::fmt;
-use std::marker::PhantomData;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::in_place;
@@ -52,10 +50,6 @@ pub struct Bytes(#[schemars(extend("format" = "binary"))] pub String);
 /// US dollars, whole millionths.
 #[derive(JsonSchema)]
 pub struct Usd(#[schemars(range(min = 0.0, max = 1_000_000_000.0))] pub f64);
-
-/// Names of objects.
-#[derive(JsonSchema)]
-pub struct Names(pub Vec<String>);
 
 /// Greatest integer that JavaScript numbers represent exactly.
 pub const MAX_INTEGER: u64 = (1 << 53) - 1;
@@ -113,23 +107,6 @@ impl Timestamp {
 impl fmt::Display for Timestamp {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
-    }
-}
-
-/// A value that may be null where it is there at all.
-pub struct Nullable<T>(PhantomData<T>);
-
-impl<T: JsonSchema> JsonSchema for Nullable<T> {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        format!("Nullable{}", T::schema_name()).into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "oneOf": [generator.subschema_for::<T>(), { "type": "null" }] })
     }
 }
 

@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
+pub use certificate::Verdict;
 use demonstrations::camera::USUAL;
 use episodes::format::Format;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::Serialize;
 use store::lifecycle;
 
 /// A list of words by the function that gives them.
@@ -52,20 +52,6 @@ words! {
     "From the robot's left, from opposite to it, or on its hand." UsualCamera = USUAL;
     "Use of a key: `read` sees and downloads, `submit` orders work, `delete` removes, `operate` cancels, repeats and \
      verifies, `admin` manages keys." Scope = store::scopes::Scope::ALL;
-    "Kind of a proposed task." ProposalKind = tasks::proposals::ProposalKind::ALL.map(|kind| json_word(&kind));
-}
-
-/// The word that a value without fields is in JSON.
-fn json_word(value: &impl Serialize) -> String {
-    serde_json::to_value(value).ok().and_then(|word| word.as_str().map(str::to_owned)).unwrap_or_default()
-}
-
-/// Verdict of the certificate; a quarantined scene is failed.
-#[derive(JsonSchema)]
-#[schemars(rename_all = "snake_case")]
-pub enum Verdict {
-    Pass,
-    Quarantine,
 }
 
 /// State of a stage.

@@ -3,7 +3,6 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::schemas;
 use crate::schemas::values::{BatchBudget, Id, Link, Timestamp};
 use crate::schemas::words::BatchState;
 use ::batches::RequestCounts;
@@ -19,7 +18,6 @@ pub(in crate::api) struct BatchView {
     name: Option<String>,
     #[schemars(with = "BatchState")]
     state: &'static str,
-    #[schemars(with = "schemas::batches::RequestCounts")]
     request_counts: RequestCounts,
     /// Share of the requests that came to their end, without duplicates and invalid ones.
     #[schemars(range(min = 0.0, max = 1.0))]

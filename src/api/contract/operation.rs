@@ -19,8 +19,8 @@ use crate::api::idempotency::IdempotencyKey;
 use crate::api::query::Parameters;
 use crate::api::serve::connection::Connection;
 use crate::api::session::{GivenKey, LoginBody};
-use crate::schemas::not_null;
 use crate::schemas::values::{Bytes, MAX_INTEGER};
+use scene::json_schema::not_null;
 
 /// Statuses of refusals that every operation may have.
 const COMMON_REFUSALS: [u16; 5] = [400, 403, 421, 429, 503];

@@ -10,7 +10,7 @@ use crate::api::extract::{JsonRequest, TenantApi};
 use crate::api::query::LabelFilter;
 use crate::freezer::{DatasetRequest, DatasetSource};
 use crate::problem::{FieldError, Problem, ProblemType};
-use crate::schemas::datasets::{DatasetFilter, SharingKind, SplitRatios};
+use crate::schemas::datasets::{SharingKind, SplitRatios};
 use crate::schemas::values::{Id, Label, MAX_INTEGER};
 use datasets::facts::normalized;
 use datasets::filter::Filter;
@@ -47,7 +47,6 @@ pub struct DatasetBody {
     /// The scenes with this label, `key:value`.
     #[schemars(with = "Option<Label>")]
     label: Option<LabelFilter>,
-    #[schemars(with = "DatasetFilter")]
     filter: Filter,
     /// Ratios with the sum 1, by names of lower-case letters, digits and `_`, in this order; 0.8 `train`, 0.1
     /// `validation` and 0.1 `test` when absent. A split with a ratio above 0 that would be empty is an error: of this

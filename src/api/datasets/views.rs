@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::schemas::datasets::{DatasetSummary, OpenDocument, VerificationResult, VerificationState};
+use crate::freezer::{DatasetSummary, VerificationResult};
+use crate::schemas::datasets::{OpenDocument, VerificationState};
 use crate::schemas::values::{Id, Link, MAX_INTEGER, Sha256, Timestamp};
 use crate::schemas::words;
 use datasets::{dataset_manifest, licences, statistics};
@@ -29,7 +30,7 @@ pub(in crate::api) struct DatasetView {
     request: Value,
     /// SHA-256 of the manifest, as it states it.
     digest: Option<String>,
-    #[schemars(with = "Option<DatasetSummary>")]
+    #[schemars(with = "Option<DatasetSummary<'static>>")]
     summary: Option<Value>,
     failure: Option<DatasetFailureView>,
     progress: Option<DatasetProgressView>,

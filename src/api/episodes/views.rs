@@ -11,7 +11,7 @@ use crate::api::extract::TenantApi;
 use crate::app::episodes::EpisodesOrder;
 use crate::app::episodes::draft::EpisodesDraft;
 use crate::problem::Problem;
-use crate::schemas::episodes::{self, AttemptCount};
+use crate::schemas::episodes::AttemptCount;
 use crate::schemas::values::{Id, Link, MAX_INTEGER, Sha256, Timestamp};
 use crate::schemas::words;
 use scene::{RecordingId, SceneId};
@@ -30,7 +30,6 @@ pub(in crate::api) struct RecordingView {
     state: &'static str,
     #[schemars(with = "EpisodesDraft")]
     order: Value,
-    #[schemars(with = "episodes::RecordingProgress")]
     progress: RecordingProgress,
     /// Number of attempts by result, `success` or the reason of a failure.
     #[schemars(with = "BTreeMap<String, AttemptCount>")]

@@ -4,10 +4,10 @@ use schemars::JsonSchema;
 
 use crate::api::episodes::views::RecordingFailureView;
 use crate::api::views::FailureView;
-use crate::schemas::episodes::RecordingProgress;
 use crate::schemas::summaries::Metrics;
 use crate::schemas::values::{Id, MAX_INTEGER, Timestamp};
 use crate::schemas::words::{FailureClass, RecordingEventKind, Verdict};
+use store::recordings::RecordingProgress;
 
 /// A page of events of a job.
 #[derive(JsonSchema)]

@@ -22,7 +22,7 @@ pub struct ExecutionDraft {
     #[schemars(with = "schemas::episodes::Instruction")]
     pub text: Option<String>,
     /// A task as `GET /scenes/{scene_id}/tasks` gives it; it names its robot.
-    #[schemars(with = "schemas::tasks::Task")]
+    #[schemars(with = "Task")]
     pub task: Option<Value>,
     /// The robot of an instruction in words; a task names its own.
     pub robot: String,

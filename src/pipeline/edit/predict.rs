@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::draft::{Draft, load};
@@ -17,12 +18,17 @@ use scene::EditOperation;
 use scene::edit::{MovedObject, OperationResult};
 
 /// The prediction of an edit.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[schemars(
+    rename = "EditPrediction",
+    description = "Prediction of an edit, as far as it needs no new object."
+)]
 pub struct Prediction {
     /// Results of the operations that need no new object.
     pub operations: Vec<OperationResult>,
     /// Indices of operations whose objects are made, and placed, only when the edit runs; later operations are
     /// predicted without them.
+    #[schemars(inner(range(min = 0, max = 63)))]
     pub undetermined: Vec<usize>,
     /// Objects that no operation names and that would move.
     pub moved: Vec<MovedObject>,

@@ -10,20 +10,20 @@ use crate::harness::script::{Act, Script};
 use crate::harness::server::{Reply, Server};
 
 /// The file of the blob that a reply has as its tag.
-fn file_of(data_dir: &Path, reply: &Reply) -> PathBuf {
+pub fn file_of(data_dir: &Path, reply: &Reply) -> PathBuf {
     let digest = reply.header("etag").trim_matches('"');
     data_dir.join("blobs/sha256").join(&digest[..2]).join(digest)
 }
 
 /// Changes the central byte.
-fn damage(file: &Path) {
+pub fn damage(file: &Path) {
     let mut bytes = std::fs::read(file).expect("reads");
     let at = bytes.len() / 2;
     bytes[at] ^= 1;
     std::fs::write(file, bytes).expect("writes");
 }
 
-async fn newest_job(server: &Server, scene: &str) -> String {
+pub async fn newest_job(server: &Server, scene: &str) -> String {
     server.get(&format!("/scenes/{scene}")).await.json()["job"]["id"].as_str().unwrap().to_owned()
 }
 

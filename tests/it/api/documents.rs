@@ -8,14 +8,19 @@ use crate::harness::script::{Act, Script};
 use crate::harness::server::Server;
 
 /// The document without what differs from run to run.
-fn redacted(document: Value) -> Value {
+pub fn redacted(document: Value) -> Value {
     let redact = |(name, value): (String, Value)| {
         let replacement = match name.as_str() {
-            "created_at" | "updated_at" | "started_at" | "finished_at" | "estimated_finish_at" | "at" => {
-                "[time]"
-            }
-            "elapsed_ms" => "[duration]",
-            "sha256" => "[digest]",
+            "created_at"
+            | "updated_at"
+            | "started_at"
+            | "finished_at"
+            | "estimated_finish_at"
+            | "at"
+            | "finish_at"
+            | "not_before" => "[time]",
+            "elapsed_ms" | "stages_s" | "scenes_per_hour" | "time_left_s" => "[duration]",
+            "sha256" | "bundle_sha256" | "digest" | "inputs_digest" => "[digest]",
             "next_page_token" => "[token]",
             _ => return (name, redacted(value)),
         };
@@ -33,11 +38,31 @@ fn redacted(document: Value) -> Value {
             items.into()
         }
         Value::String(text) => {
-            let part = |part: &str| if is_id(part) { "[id]".to_owned() } else { part.to_owned() };
-            text.split('/').map(part).collect::<Vec<_>>().join("/").into()
+            let ends = |c: char| !c.is_ascii_alphanumeric() && c != '-';
+            let ids: Vec<&str> = text.split(ends).filter(|part| is_id(part)).collect();
+            ids.iter().fold(text.clone(), |text, id| text.replace(id, "[id]")).into()
         }
         other => other,
     }
+}
+
+/// Puts a mark in place of the value at a pointer, in which `*` stands for every item of a list.
+pub fn marked(mut document: Value, pointer: &str, mark: &str) -> Value {
+    fn mark_at(value: &mut Value, path: &[&str], mark: &str) {
+        match (path, value) {
+            ([], value) if !value.is_null() => *value = mark.into(),
+            (["*", rest @ ..], Value::Array(items)) => {
+                items.iter_mut().for_each(|item| mark_at(item, rest, mark));
+            }
+            ([name, rest @ ..], Value::Object(fields)) => {
+                fields.get_mut(*name).into_iter().for_each(|field| mark_at(field, rest, mark));
+            }
+            _ => {}
+        }
+    }
+    let path: Vec<&str> = pointer.split('/').skip(1).collect();
+    mark_at(&mut document, &path, mark);
+    document
 }
 
 /// Whether a part of a path is the id of a scene or a job.
@@ -101,7 +126,7 @@ async fn refused_requests_have_these_documents() {
     assert_json_snapshot!("unknown_scene", redacted(server.get("/scenes/none").await.json()));
 }
 
-/// A refusal of every type, but for those of a slow or busy client, a full disk and a fault of the program.
+/// A refusal of every type that a single request can cause; `problem_documents` has the others.
 #[tokio::test]
 async fn each_type_of_problem_has_a_document() {
     let server = Server::start(&Script::new(&[])).await;

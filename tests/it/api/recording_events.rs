@@ -22,7 +22,7 @@ async fn server(set: &[(&str, &str)]) -> Server {
 }
 
 /// A recording that waits, and the path of its events.
-async fn ordered(store: &Store, wanted: u64) -> (RecordingId, String) {
+pub async fn ordered(store: &Store, wanted: u64) -> (RecordingId, String) {
     let new = NewRecording {
         tenant_id: DEFAULT_TENANT.clone(),
         scene_id: SCENE.parse().unwrap(),
@@ -57,12 +57,12 @@ async fn assembly(store: &Store) -> Lease {
 }
 
 /// Makes an attempt.
-async fn made(store: &Store, outcome: &str) {
+pub async fn made(store: &Store, outcome: &str) {
     let made = MadeAttempt { outcome: outcome.into(), detail: format!("it was {outcome}"), unit: None };
     store.finish(&attempt(store).await, AttemptOutcome::Attempted(made)).await.unwrap();
 }
 
-async fn finished(store: &Store) {
+pub async fn finished(store: &Store) {
     let summary = AttemptOutcome::Assembled(json!({ "attempts": {}, "episodes": 1, "frames": 9 }));
     store.finish(&assembly(store).await, summary).await.unwrap();
 }

@@ -24,7 +24,7 @@ async fn until_closed(mut socket: TcpStream) -> (String, Duration) {
 }
 
 /// Sends this and then nothing; the answer until the server closes, and how long that took.
-async fn stall(server: &Server, sent: &str) -> (String, Duration) {
+pub async fn stall(server: &Server, sent: &str) -> (String, Duration) {
     let mut socket = connect(server).await;
     socket.write_all(sent.as_bytes()).await.unwrap();
     until_closed(socket).await

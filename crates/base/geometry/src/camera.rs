@@ -1,17 +1,26 @@
 //! A pinhole camera with OpenCV axes (+x right, +y down, +z forward), pixel centers at +0.5.
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Pose;
+use super::json_numbers::Positive;
 
 /// Pinhole intrinsics and pose of a camera.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(
+    description = "A pinhole camera with OpenCV axes (x right, y down, z forward), pixel centers at +0.5."
+)]
 pub struct Camera {
+    #[schemars(range(min = 1))]
     pub width_px: u32,
+    #[schemars(range(min = 1))]
     pub height_px: u32,
     /// Focal lengths and principal point in pixels.
+    #[schemars(with = "Positive")]
     pub fx: f64,
+    #[schemars(with = "Positive")]
     pub fy: f64,
     pub cx: f64,
     pub cy: f64,

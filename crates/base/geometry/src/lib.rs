@@ -34,6 +34,7 @@ pub mod material;
 pub mod outline;
 pub mod parallel_grasp;
 pub mod polygon;
+pub mod json_numbers;
 pub mod pose;
 pub mod posed_primitive;
 pub mod repair;

@@ -1,16 +1,23 @@
 //! Mass properties and friction of a rigid body.
 
 use glam::{DQuat, DVec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::json_numbers::Positive;
+
 /// Mass, center of mass and inertia in the object's frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MassProperties {
+    #[schemars(with = "Positive")]
     pub mass_kg: f64,
+    #[schemars(with = "[f64; 3]")]
     pub center_of_mass_m: DVec3,
     /// Principal moments about the center of mass, positive and obeying the triangle inequality.
+    #[schemars(with = "[Positive; 3]")]
     pub inertia_diagonal_kg_m2: DVec3,
     /// `object_from_principal`: rotates principal axes into the object's frame.
+    #[schemars(with = "[f64; 4]", inner(range(min = -1.000001, max = 1.000001)))]
     pub principal_axes_xyzw: DQuat,
 }
 
@@ -23,12 +30,15 @@ impl MassProperties {
 }
 
 /// Coulomb friction coefficients of the surface against an equal one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "friction")]
+#[schemars(rename = "Friction")]
 pub struct Friction {
     #[serde(rename = "static")]
+    #[schemars(range(min = 0.0))]
     pub static_coefficient: f64,
     #[serde(rename = "dynamic")]
+    #[schemars(range(min = 0.0))]
     pub dynamic_coefficient: f64,
 }
 

@@ -1,17 +1,23 @@
 //! Rigid transforms between frames.
 
 use glam::{DQuat, DVec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `parent_from_child`: maps a point given in the child frame to the parent frame by
 /// `rotation * point + translation_m`. Variables are named `world_from_object`, so that in a chain
 /// `camera_from_world * world_from_object` equal names are adjacent.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(
+    description = "A position and an orientation; meters, and a unit quaternion with the real part last."
+)]
 pub struct Pose {
     /// Origin of the child frame in the parent frame, meters.
+    #[schemars(with = "[f64; 3]", inner(range(min = -1000.0, max = 1000.0)))]
     pub translation_m: DVec3,
     /// Unit quaternion, stored x, y, z, w.
     #[serde(rename = "rotation_xyzw")]
+    #[schemars(with = "[f64; 4]", inner(range(min = -1.000001, max = 1.000001)))]
     pub rotation: DQuat,
 }
 

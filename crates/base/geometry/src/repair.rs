@@ -15,6 +15,7 @@ mod voxels;
 #[cfg(test)]
 mod tests;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use self::crossing::crosses_itself;
@@ -31,7 +32,7 @@ const HOLE_SHARE: f64 = 0.1;
 const CROSSING_SHARE: f64 = 0.01;
 
 /// Changes made by the repair.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Repair {
     /// Vertices welded to another one.
     pub corners_welded: u32,
@@ -43,6 +44,7 @@ pub struct Repair {
     /// Shells rebuilt from voxels.
     pub shells_remeshed: u32,
     /// Nominal bound of the deviation of rebuilt surfaces, meters.
+    #[schemars(range(min = 0.0))]
     pub voxel_m: f64,
 }
 

@@ -1,6 +1,7 @@
 //! Optional answers of a vision-language model about a finished scene: ratings by the paper's criteria, and proposed
 //! robot tasks.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::InstanceId;
@@ -10,7 +11,7 @@ pub const SCORES: [u8; 2] = [1, 7];
 
 /// Rating criterion (the paper's Sec. Experiments). [`Self::OF_IMAGE`] lists the criteria of scenes made from an image,
 /// [`Self::OF_TEXT`] those of scenes made from text.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Criterion {
     /// VF: visual quality and realism.
@@ -46,27 +47,30 @@ impl Criterion {
 }
 
 /// Score of one criterion.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Rating {
     pub criterion: Criterion,
     /// 1 (very poor) to 7 (excellent).
+    #[schemars(range(min = SCORES[0], max = SCORES[1]))]
     pub score: u8,
     /// The reason in one sentence.
     pub why: String,
 }
 
 /// A proposed robot task in a scene.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "SuggestedTask")]
 pub struct ProposedTask {
     /// The instruction in natural language.
     pub instruction: String,
     pub kind: TaskKind,
     /// Names of the involved objects of the scene; moved objects come first.
+    #[schemars(length(min = 1))]
     pub objects: Vec<InstanceId>,
 }
 
 /// The task kinds of the paper.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TaskKind {
     PickAndPlace,
@@ -81,7 +85,7 @@ impl TaskKind {
 }
 
 /// An answer of a model with its source.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModelResponse<T> {
     /// Name of the adapter.
     pub by: String,
@@ -93,7 +97,10 @@ pub struct ModelResponse<T> {
 }
 
 /// All model answers about a finished scene.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(
+    description = "Ratings of the scene by a model; absent where none was asked. The verdict does not depend on it."
+)]
 pub struct Appraisal {
     /// In the order of the criteria; absent if ratings were not requested or not returned.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -1,6 +1,7 @@
 //! Description of a scene by the analyst: objects with sizes and relations, and the table.
 
 use glam::{DVec2, DVec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::text_account::{Goal, TextAccount, Understood, Unrecognized};
@@ -158,7 +159,7 @@ pub struct Arrangement {
 }
 
 /// Kinds of arrangements.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", tag = "arrangement")]
 pub enum ArrangementKind {
     /// Along the front edge.
@@ -168,6 +169,7 @@ pub enum ArrangementKind {
     Circle,
     /// Rows of `columns` objects each.
     Grid {
+        #[schemars(range(min = 1))]
         columns: usize,
     },
     /// Loosely on top of and beside each other.
@@ -177,7 +179,7 @@ pub enum ArrangementKind {
 }
 
 /// Kinds of spatial relations. Directions are as seen from the front edge of the table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RelationKind {
     On,

@@ -3,8 +3,10 @@
 mod place;
 mod camera_move;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::name::Names;
 use crate::validation::{Violation, Violations};
 use crate::{InstanceId, Light};
 
@@ -23,7 +25,7 @@ pub const MAX_RESIZE: f64 = 2.0;
 /// One operation. Objects are named by their name in the parent scene (`mug_1`), or by a phrase: "the red mug", "the
 /// second book from the left", "all spoons". A phrase that fits several objects where one is meant is an error.
 /// Operations are carried out in order; a later one sees the result of the earlier ones.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "op", rename_all = "snake_case", deny_unknown_fields)]
 pub enum EditOperation {
     /// New objects: a phrase as in a scene's text ("a red mug"), without a place.
@@ -240,9 +242,10 @@ impl EditOperation {
 }
 
 /// Result of an edit: part of `scene.json`, of the report, and of the scene in the API.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EditAccount {
     /// Id of the parent in its `scene.json`.
+    #[schemars(length(min = 1))]
     pub parent: String,
     /// One entry per operation, in order.
     pub operations: Vec<OperationResult>,
@@ -251,22 +254,25 @@ pub struct EditAccount {
 }
 
 /// The result of one operation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OperationResult {
-    /// [`EditOperation::name`].
+    /// Word of the operation, such as `add`.
     pub op: String,
     /// The objects it acted on, by their names in the new scene; removed ones by their names in the parent.
+    #[schemars(with = "Names")]
     pub objects: Vec<InstanceId>,
     /// Change made by the operation, in one sentence.
     pub sentence: String,
 }
 
 /// A movement that no operation asked for.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MovedObject {
     pub name: InstanceId,
     /// Of its origin.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub distance_m: f64,
+    #[schemars(range(min = 0.0, max = 3.2))]
     pub angle_rad: f64,
     /// Reason why the object had to move.
     pub cause: String,

@@ -1,23 +1,29 @@
 //! The finished scene, from which every format is written.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Instance, Light, SceneRequest, Support, Table};
 use crate::edit::EditAccount;
+use crate::request::MAX_SEED;
 use crate::support_tree::{InvalidSupport, SupportTree, Supporter};
 use crate::text_account::TextAccount;
 use crate::validation::{Violation, Violations, validated};
 use geometry::Camera;
+use geometry::json_numbers::Fraction;
 
 /// Content of `scene.json`. Meshes and hulls are kept separately (`export::Assets`). A deserialized value is valid:
 /// names are unique, sizes are positive, and the supports form a tree rooted at the table.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self")]
 pub struct Scene {
     /// `tabletopgen-scene/1`.
+    #[schemars(extend("const" = Self::FORMAT))]
     pub format: String,
     /// Digest of request, seed, resolved settings and version.
+    #[schemars(length(min = 1))]
     pub id: String,
+    #[schemars(range(min = 0, max = MAX_SEED))]
     pub seed: u64,
     pub request: SceneRequest,
     pub frame: Frame,
@@ -27,13 +33,13 @@ pub struct Scene {
     /// The table is not among them.
     pub instances: Vec<Instance>,
     pub metrics: Metrics,
-    /// Parts of the text that were understood and parts that were not; `None` for scenes of images.
+    /// Parts of the text that were understood and parts that were not; absent for scenes of images.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<TextAccount>,
     /// The light, where an edit changed it; without one, that of the usual studio.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light: Option<Light>,
-    /// Result of the edit; `None` for a scene that was made from a text or an image.
+    /// Result of the edit; absent for a scene that was made from a text or an image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edit: Option<EditAccount>,
 }
@@ -41,24 +47,32 @@ pub struct Scene {
 validated!(Scene);
 
 /// The paper's four physical metrics (Sec. Experiments), as fractions.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(description = "Measurements of a finished scene, as shares.")]
 pub struct Metrics {
     /// Colliding pairs over all pairs, the table included, on the visual meshes.
+    #[schemars(with = "Fraction")]
     pub col_o: f64,
     /// 1 if any pair collides, else 0 (a rate over many scenes).
+    #[schemars(with = "Fraction")]
     pub col_s: f64,
     /// Share of objects whose center of mass projects into their support region.
+    #[schemars(with = "Fraction")]
     pub ss: f64,
     /// Share of objects that stay within 3 cm and 30 degrees over 5 s, from the poses of the stage `place`.
+    #[schemars(with = "Fraction")]
     pub dss_aligned: f64,
     /// As `dss_aligned`, from the poses of the bundle.
+    #[schemars(with = "Fraction")]
     pub dss_shipped: f64,
 }
 
 /// Coordinate conventions of the files of a bundle.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Frame {
+    #[schemars(extend("const" = "+z"))]
     pub up: String,
+    #[schemars(extend("const" = "right"))]
     pub handedness: String,
     pub origin: String,
     pub units: String,

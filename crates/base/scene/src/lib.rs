@@ -18,6 +18,7 @@
 //! ```
 
 mod validation;
+pub mod json_schema;
 pub mod id;
 pub mod name;
 pub mod labels;

@@ -1,19 +1,24 @@
 //! The light of a scene that has another one than the usual studio.
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::validation::{Violation, Violations};
 
 /// A key light at infinity. The world's z axis points up, and y points to the back of the table.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(description = "The key light, where an edit changed it; without one, that of the usual studio.")]
 pub struct Light {
     /// Direction in which the light stands: 0 = at the front edge, pi/2 = at +x; -6.3..6.3.
+    #[schemars(range(min = -6.3, max = 6.3))]
     pub azimuth_rad: f64,
     /// Above the horizon, 0.2..1.5.
+    #[schemars(range(min = 0.2, max = 1.5))]
     pub elevation_rad: f64,
     /// Of the usual brightness, 0.3..2.
+    #[schemars(range(min = 0.3, max = 2.0))]
     pub intensity: f64,
 }
 

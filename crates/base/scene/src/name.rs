@@ -1,7 +1,9 @@
 //! Instance names, valid in every export format and file system.
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
 /// Stable name of an instance: `[a-z][a-z0-9_]{0,62}`, unique in its scene (`mug_1`). Seeds, keys and file names are
@@ -52,6 +54,24 @@ impl InstanceId {
         &self.0
     }
 }
+
+impl JsonSchema for InstanceId {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Name".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "pattern": "^[a-z][a-z0-9_]{0,62}$" })
+    }
+}
+
+/// Names of objects.
+#[derive(JsonSchema)]
+pub struct Names(pub Vec<InstanceId>);
 
 impl fmt::Display for InstanceId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

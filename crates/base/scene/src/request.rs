@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{MicroUsd, Randomize, TableSpec};
@@ -16,14 +17,20 @@ pub const MAX_BUDGET_USD: f64 = 10_000.0;
 
 /// A request as stored with its scene. A deserialized value is valid: the version is at most [`Self::VERSION`], and the
 /// seed and the options are in their ranges.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self")]
+#[schemars(
+    rename = "StoredRequest",
+    description = "The request as it is kept, with the seed that was drawn."
+)]
 pub struct SceneRequest {
     /// Version of the stored format: the first one that has the kind of its input, and its options. A worker leaves
     /// jobs alone whose version is newer than it reads.
+    #[schemars(range(min = 1, max = 1000), description = "Version of the stored format.")]
     pub version: u32,
     pub input: Input,
-    /// 0..=[`MAX_SEED`].
+    /// Selects one of many possible results.
+    #[schemars(range(min = 0, max = MAX_SEED))]
     pub seed: u64,
     pub options: RequestOptions,
 }
@@ -114,14 +121,16 @@ impl RequestOptions {
 }
 
 /// Source of the scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[schemars(description = "The source of a scene.")]
 pub enum Input {
     Text {
         text: String,
     },
     /// The image's bytes are in the object store under their content digest.
     Image {
+        #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
         sha256: String,
         media_type: String,
         /// Description of the content, beside the image. The image decides where objects are.
@@ -131,9 +140,12 @@ pub enum Input {
     /// A finished scene with operations on it.
     Edit {
         /// Id of the parent in its `scene.json`.
+        #[schemars(length(min = 1))]
         parent: String,
         /// Digest of the parent's bundle archive in the object store.
+        #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
         bundle_sha256: String,
+        #[schemars(length(min = 1, max = 64))]
         operations: Vec<EditOperation>,
         /// The instruction that the operations were read from.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -142,8 +154,10 @@ pub enum Input {
     /// A finished scene with operations on it that the seed draws.
     Variant {
         /// Id of the parent in its `scene.json`.
+        #[schemars(length(min = 1))]
         parent: String,
         /// Digest of the parent's bundle archive in the object store.
+        #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
         bundle_sha256: String,
         randomize: Randomize,
     },
@@ -177,35 +191,46 @@ impl Input {
 }
 
 /// Options per scene; absent values come from the server's configuration.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Options", description = "Options of each scene.")]
 pub struct RequestOptions {
-    /// Overrides the analyst's choice of the table.
+    /// Overrides the choice of the table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table: Option<TableSpec>,
-    /// A known length in the scene, which overrides the anchor object.
+    /// A known length in the scene, which sets its scale.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub metric_anchor: Option<MetricAnchor>,
-    /// Descriptions with more objects are rejected (1..=64).
+    /// More objects are refused.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 64))]
     pub max_objects: Option<u32>,
-    /// Maximum total cost of remote calls, US dollars (0..=[`MAX_BUDGET_USD`]).
+    /// The most that calls of remote models may cost together; the server's usual budget when absent.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = MAX_BUDGET_USD))]
     pub budget_usd: Option<f64>,
     /// Treatment of objects of the text that the catalog does not have.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub on_unknown: Option<OnUnknown>,
-    /// Name of a robot that is tried in the finished scene: its grasps of the objects, what it can pick up, and tasks.
+    /// A robot that is tried in the finished scene, such as `panda`: its grasps of each object, what it can pick up,
+    /// and tasks. Takes seconds for each object.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1, max = 63))]
     pub robot: Option<String>,
-    /// `key = value` overrides of the resolved settings, validated against the configuration.
+    /// Values of settings by name, in place of the server's.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    #[schemars(with = "SceneSettings")]
     pub set: BTreeMap<String, String>,
 }
 
+/// Settings of a scene by name, as text.
+#[derive(JsonSchema)]
+pub struct SceneSettings(pub BTreeMap<String, String>);
+
 /// Policy for the parts of a text that are not understood.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(description = "Treatment of parts of the text that are not understood; `stand_in` when absent.")]
 pub enum OnUnknown {
     /// The request fails if any part is not understood.
     Fail,
@@ -217,11 +242,14 @@ pub enum OnUnknown {
 }
 
 /// "The mug is 9 cm wide": a length along the named object's (or the table's) width.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(description = "A known width in the scene.")]
 pub struct MetricAnchor {
-    /// An instance label, or `table`.
+    /// A label of an object, or `table`.
+    #[schemars(length(min = 1, max = 100))]
     pub object: String,
     /// Width of the object (x extent as placed in the image), meters.
+    #[schemars(range(min = 0.001, max = 10.0))]
     pub width_m: f64,
 }

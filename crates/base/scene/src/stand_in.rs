@@ -4,6 +4,7 @@
 //! In JSON a mark is three fields of the marked object: `stand_in: true`, `stands_for` and `shown_as`. An object that
 //! is itself has none of them.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The mark of an object that is shown by something else.
@@ -16,12 +17,16 @@ pub struct StandIn {
 }
 
 /// The form in JSON. Files of earlier versions have `stand_in` alone; their words are empty.
-#[derive(Serialize, Deserialize)]
-struct Fields {
+#[derive(Serialize, Deserialize, JsonSchema)]
+pub(crate) struct Fields {
+    /// Present where something else stands in for an object that the catalog does not have.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("const" = true))]
     stand_in: bool,
+    /// Of a stand-in: the noun that was asked for.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     stands_for: String,
+    /// Of a stand-in: what stands there.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     shown_as: String,
 }

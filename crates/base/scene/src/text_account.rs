@@ -2,25 +2,33 @@
 
 mod sentences;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::InstanceId;
 use super::description::RelationKind;
+use super::name::Names;
 use super::predicates::Unmet;
 
 /// A part of the input text.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[schemars(description = "A part of the text; byte offsets and its words.")]
 pub struct TextSpan {
     /// Byte offset of the first byte in the text.
+    #[schemars(range(min = 0, max = 16_000))]
     pub start: usize,
     /// Byte offset after the last byte in the text.
+    #[schemars(range(min = 0, max = 16_000))]
     pub end: usize,
     /// The words as the text has them.
     pub text: String,
 }
 
 /// The account of a text as scenes and the API show it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(
+    description = "Parts of a text that were understood, and parts that were not. Every word is part of it, but for a closed list of ignorable ones."
+)]
 pub struct TextAccount {
     /// Parts of the text with a meaning, in the order of the text.
     pub understood: Vec<Understood>,
@@ -29,8 +37,10 @@ pub struct TextAccount {
     /// The goal of an instruction; the scene shows its start state.
     pub goal: Option<Goal>,
     /// Objects that the catalog does not have: those that have the mark of a stand-in.
+    #[schemars(with = "Names")]
     pub stand_ins: Vec<InstanceId>,
     /// Objects that the text does not name; the theme added them.
+    #[schemars(with = "Names")]
     pub fillings: Vec<InstanceId>,
     /// Demands of the text that the layout does not meet; empty before a layout exists, and where it is not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -45,7 +55,7 @@ pub struct TextAccount {
 }
 
 /// A part of the text that an edit changed.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ChangedPart {
     pub span: TextSpan,
     /// Change made by the operation, in one sentence.
@@ -53,7 +63,7 @@ pub struct ChangedPart {
 }
 
 /// A part of the text and its meaning.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Understood {
     pub span: TextSpan,
     #[serde(flatten)]
@@ -61,7 +71,7 @@ pub struct Understood {
 }
 
 /// The meaning of a part of the text.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum TextMeaning {
     /// Objects of a category.
@@ -87,7 +97,7 @@ pub enum TextMeaning {
 }
 
 /// A part of the text that has no effect, and the reason.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Unrecognized {
     pub span: TextSpan,
     pub reason: UnrecognizedReason,
@@ -100,7 +110,7 @@ pub struct Unrecognized {
 }
 
 /// The reason why a part of the text has no effect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum UnrecognizedReason {
     /// A noun of which neither the catalog nor the lexicon of stand-ins has an object.
@@ -126,7 +136,8 @@ pub enum UnrecognizedReason {
 }
 
 /// The goal of a task instruction. The scene shows the start state, which does not satisfy it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(description = "The goal of an instruction; the scene shows its start state.")]
 pub struct Goal {
     /// The instruction as the text has it.
     pub instruction: String,
@@ -135,11 +146,11 @@ pub struct Goal {
 }
 
 /// A condition on the end state.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct GoalPredicate {
     pub predicate: PredicateKind,
     pub object: InstanceId,
-    /// The second object of a relation; `None` for properties and for relations to the table.
+    /// The second object of a relation; absent for properties and for relations to the table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<InstanceId>,
     /// The third object of `between`.
@@ -148,7 +159,7 @@ pub struct GoalPredicate {
 }
 
 /// Kinds of conditions. Directions are as seen from the front edge of the table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PredicateKind {
     In,
@@ -193,4 +204,42 @@ pub enum PredicateKind {
     UsedOn,
     /// The button, switch or lever of the object is pressed.
     Pressed,
+}
+
+impl PredicateKind {
+    pub const ALL: [Self; 33] = [
+        Self::In,
+        Self::OutOf,
+        Self::On,
+        Self::Off,
+        Self::StackedOn,
+        Self::LeftOf,
+        Self::RightOf,
+        Self::InFrontOf,
+        Self::Behind,
+        Self::NextTo,
+        Self::Between,
+        Self::AwayFrom,
+        Self::AtCenter,
+        Self::AtBack,
+        Self::AtFront,
+        Self::AtLeft,
+        Self::AtRight,
+        Self::AtBackLeft,
+        Self::AtBackRight,
+        Self::AtFrontLeft,
+        Self::AtFrontRight,
+        Self::Swapped,
+        Self::Lifted,
+        Self::Opened,
+        Self::Closed,
+        Self::Upright,
+        Self::LyingOnSide,
+        Self::UpsideDown,
+        Self::Rotated,
+        Self::Moved,
+        Self::PouredInto,
+        Self::UsedOn,
+        Self::Pressed,
+    ];
 }

@@ -1,5 +1,6 @@
 //! Variants of a finished scene: what may differ, and how much.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::validation::{Violation, Violations};
@@ -10,38 +11,49 @@ pub const MAX_VARIANTS: u32 = 1000;
 /// Differences between a scene and its variants. What a text states of an object (its color, its size, where it is)
 /// holds in every variant. `{}` varies everything within the usual ranges; a request that names some axes varies only
 /// those.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(description = "The axes along which variants differ.")]
 pub struct Randomize {
     /// Places on the table, within the stated relations.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub layout: bool,
     /// Other meshes of the same category.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub meshes: bool,
     /// Sizes by a factor from 1 - x to 1 + x, 0..=0.3.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 0.3), extend("default" = 0.0))]
     pub sizes: f64,
     /// Colors of objects.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub colors: bool,
     /// Materials of vessels and dishes, which change mass and friction.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub materials: bool,
     /// Color or material of the table.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub table: bool,
     /// Direction and brightness of the light.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub light: bool,
     /// Azimuth, elevation, distance and focal length of the reference camera.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub camera: bool,
     /// Masses by a factor from 1 - x to 1 + x, 0..=0.5.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 0.5), extend("default" = 0.0))]
     pub mass: f64,
     /// Friction by a factor from 1 - x to 1 + x, 0..=0.5.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 0.5), extend("default" = 0.0))]
     pub friction: f64,
 }
 

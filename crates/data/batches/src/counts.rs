@@ -1,6 +1,9 @@
 //! States of requests, and how many requests are in each.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use crate::request::MAX_REQUESTS;
 
 /// State of a request of a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -61,16 +64,25 @@ impl RequestState {
 }
 
 /// Number of requests in each state; `total` is their sum.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct RequestCounts {
+    #[schemars(range(min = 0, max = MAX_REQUESTS))]
     pub total: u64,
+    #[schemars(range(min = 0, max = MAX_REQUESTS))]
     pub pending: u64,
+    #[schemars(range(min = 0, max = MAX_REQUESTS))]
     pub running: u64,
+    #[schemars(range(min = 0, max = MAX_REQUESTS))]
     pub succeeded: u64,
+    #[schemars(range(min = 0, max = MAX_REQUESTS))]
     pub failed: u64,
+    #[schemars(range(min = 0, max = MAX_REQUESTS))]
     pub quarantined: u64,
+    #[schemars(range(min = 0, max = MAX_REQUESTS))]
     pub cancelled: u64,
+    #[schemars(range(min = 0, max = MAX_REQUESTS))]
     pub duplicate: u64,
+    #[schemars(range(min = 0, max = MAX_REQUESTS))]
     pub invalid: u64,
 }
 

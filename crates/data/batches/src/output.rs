@@ -1,8 +1,10 @@
 //! Results of requests, one JSON object per line.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::counts::RequestState;
+use scene::request::MAX_SEED;
 
 /// Result of one request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,17 +28,21 @@ pub struct OutputLine {
 }
 
 /// Reason why a request has no result, and the place of the cause.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "BatchResultError", description = "Reason why a request has no scene.")]
 pub struct OutputError {
     /// Stable, `[a-z0-9_]+`.
+    #[schemars(regex(pattern = "^[a-z0-9_]+$"))]
     pub code: String,
     /// A sentence with advice.
     pub message: String,
-    /// Line of the batch file, from 1.
+    /// Line of the body, or number of the request of a recipe, from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = MAX_SEED))]
     pub line: Option<u64>,
     /// Column of the line in bytes, from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = MAX_SEED))]
     pub column: Option<u64>,
     /// JSON pointer into the request.
     #[serde(default, skip_serializing_if = "Option::is_none")]

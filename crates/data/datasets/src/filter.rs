@@ -5,19 +5,26 @@
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::batch_output::BatchRecord;
 use crate::facts::SceneFacts;
 
 /// Conditions; a scene must meet all. The default accepts every scene that passed its certificate.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(
+    rename = "DatasetFilter",
+    description = "Conditions; a scene must meet all. Those that are absent hold, but that the verdict must be `pass`."
+)]
 pub struct Filter {
     pub verdict: VerdictCondition,
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1_000_000))]
     pub min_objects: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1_000_000))]
     pub max_objects: Option<usize>,
     /// Each category must occur.
     pub required_categories: Vec<String>,
@@ -28,8 +35,9 @@ pub struct Filter {
 }
 
 /// Condition on the certificate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(description = "Condition on the verdict of a scene.")]
 pub enum VerdictCondition {
     #[default]
     Pass,

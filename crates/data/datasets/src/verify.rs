@@ -10,6 +10,9 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::bundle::Bundle;
 use crate::dataset_manifest::{self, DatasetManifest, Layout, SceneEntry};
 use crate::error::DatasetError;
@@ -23,7 +26,8 @@ use crate::statistics::Statistics;
 use crate::tar::{MemberHeader, TarReader};
 
 /// One difference between the dataset and its manifest.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "DatasetFault", description = "A fault of a file of a dataset.")]
 pub struct Fault {
     /// The file, with the member or the file of the bundle behind it.
     pub path: String,

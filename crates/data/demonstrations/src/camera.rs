@@ -3,13 +3,18 @@
 use std::f64::consts::TAU;
 
 use geometry::{Camera, DQuat, DVec3, Pose};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::sample::CameraSample;
 
 /// Frame that a camera is fixed to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(
+    rename = "CameraMount",
+    description = "Frame that a camera is fixed to. The table's top is at z = 0 in the world; +z of the tool points out of the hand."
+)]
 pub enum Mount {
     /// The world: the table's top is at z = 0.
     World,
@@ -17,18 +22,30 @@ pub enum Mount {
     Tool,
 }
 
+/// Meters.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "the schema of fields")]
+struct CameraPoint(#[schemars(inner(range(min = -99.0, max = 99.0)))] [f64; 3]);
+
 /// A camera: its place and direction in the frame of what it is fixed to, and its size.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "EpisodeCamera")]
 pub struct CameraSpec {
+    #[schemars(regex(pattern = r"^[A-Za-z0-9_-]{1,24}$"))]
     pub name: String,
     pub mount: Mount,
+    #[schemars(with = "CameraPoint")]
     pub eye_m: DVec3,
     /// The point in the center of its image; up in the image is the mount's +z, or its +y if it is directed along z.
+    #[schemars(with = "CameraPoint")]
     pub target_m: DVec3,
     /// Horizontal field of view, radians.
+    #[schemars(range(min = 0.1, max = 2.8))]
     pub fov_x_rad: f64,
+    #[schemars(range(min = 16, max = 4096), extend("multipleOf" = 2))]
     pub width_px: u32,
+    #[schemars(range(min = 16, max = 4096), extend("multipleOf" = 2))]
     pub height_px: u32,
 }
 

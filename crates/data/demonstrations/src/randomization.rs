@@ -1,46 +1,68 @@
 //! Differences between the demonstrations of a dataset, and their amplitudes.
 
 use scene::Violation;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The amplitude of each axis; 0 leaves it as in the scene. Numbers are drawn evenly from `-x` to `x`, factors from
 /// `1 - x` to `1 + x`. Each axis has random numbers of its own, so that switching one on does not change the others.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(
+    rename = "RandomizationAmplitudes",
+    description = "Numbers are drawn evenly from -x to x, factors from 1 - x to 1 + x; what is absent does not vary."
+)]
 pub struct Randomization {
     /// Positions of objects on the table, along each axis, meters, with all that they carry.
+    #[schemars(range(min = 0.0, max = 0.3))]
     pub position_m: f64,
     /// Yaws of objects, radians.
+    #[schemars(range(min = 0.0, max = 3.15))]
     pub yaw_rad: f64,
     /// The probability that an object is absent which the task does not name.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub absent_distractors: f64,
     /// Maximum number of other objects of the catalog; the number is drawn evenly from none on.
+    #[schemars(with = "u32", range(min = 0, max = 8))]
     pub added_distractors: f64,
     /// Factor of the colors of objects, each channel.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub object_color: f64,
     /// Factor of the color of the table, each channel.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub table_color: f64,
     /// The probability that an object has another material of the same color.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub object_material: f64,
     /// The probability that the top of the table has another material of the catalog.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub table_material: f64,
     /// Azimuth of the light, radians; half of it for the elevation.
+    #[schemars(range(min = 0.0, max = 3.15))]
     pub light_direction_rad: f64,
     /// Factor of the light's brightness.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub light_brightness: f64,
     /// Factor of the color of the backdrop, each channel.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub backdrop_color: f64,
     /// The joints of the arm at the start, radians.
+    #[schemars(range(min = 0.0, max = 0.3))]
     pub start_rad: f64,
     /// Cameras along each of their axes, meters.
+    #[schemars(range(min = 0.0, max = 0.2))]
     pub camera_position_m: f64,
     /// Cameras about each of their axes, radians.
+    #[schemars(range(min = 0.0, max = 0.2))]
     pub camera_angle_rad: f64,
     /// Factor of the focal length.
+    #[schemars(range(min = 0.0, max = 0.2))]
     pub focal_length: f64,
     /// Factor of each object's mass.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub mass: f64,
     /// Factor of each object's friction.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub friction: f64,
 }
 

@@ -20,6 +20,7 @@ use manipulation::execution::{Frame, Recording};
 use manipulation::frames::to_pose;
 use robot::kinematics::tool_pose;
 use robot::model::{Joint, JointLimits, Robot};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Positions that are farther beyond a limit are no errors of rounding, radians and meters.
@@ -103,7 +104,10 @@ fn motion_limits(limits: &JointLimits, factor: f64) -> MotionLimits {
 }
 
 /// Shares of the robot's limits that a recorded motion uses.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(
+    description = "Shares of the robot's limits that the motion uses, by differences of its numbers at the rate of the trajectory. A share above 1 is beyond a limit."
+)]
 pub struct SharesOfLimits {
     /// Of the planned motion.
     pub motion: Vec<LimitShares>,

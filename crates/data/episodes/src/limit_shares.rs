@@ -4,19 +4,27 @@
 //! differences of its numbers, over as many powers of the time between rows: means over that time of what the motion
 //! does, so that no share of a motion within the limits is above 1.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::vector_layout::VectorElement;
 
 /// The largest shares of the limits of one number. A share above 1 is beyond the limit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(
+    description = "The largest shares of the limits of one joint of the arm, or of the gripper's opening."
+)]
 pub struct LimitShares {
     /// The name of the number with its unit.
     pub name: String,
     /// Distance from the center of the range, over half of the range; 1 is at the end.
+    #[schemars(range(min = 0.0, max = 1_000_000.0))]
     pub position: f64,
+    #[schemars(range(min = 0.0, max = 1_000_000.0))]
     pub velocity: f64,
+    #[schemars(range(min = 0.0, max = 1_000_000.0))]
     pub acceleration: f64,
+    #[schemars(range(min = 0.0, max = 1_000_000.0))]
     pub jerk: f64,
 }
 

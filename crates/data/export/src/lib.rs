@@ -48,9 +48,26 @@ use self::round_trip::{Difference, ReadError};
 use self::wavefront::Wavefront;
 use certificate::Certificate;
 use scene::Scene;
+use scene::json_schema::{FileSchema, file_schema};
 
 /// The JSON schema of `scene.json`, shipped with every bundle.
 pub const SCENE_SCHEMA: &str = include_str!("../../../../schemas/scene.schema.json");
+
+/// The schema of `scene.json`, which `scene.schema.json` holds.
+///
+/// # Errors
+///
+/// If a part of the schema has no JSON form.
+pub fn scene_schema() -> Result<String, serde_json::Error> {
+    file_schema::<Scene>(&FileSchema {
+        id: "https://tabletopgen.invalid/schemas/scene-1.schema.json",
+        title: "Tabletop scene",
+        description: "The one value every format of a bundle is written from. Right-handed, z up, meters, kilograms, \
+                      seconds, radians; the world's origin is the center of the table top. Poses map the object's \
+                      frame to the world.",
+        adjust: None,
+    })
+}
 
 /// The reason why a scene was not written.
 #[derive(Debug, thiserror::Error)]

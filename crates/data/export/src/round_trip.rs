@@ -20,6 +20,7 @@ pub use error::{Difference, LayerError, ReadError};
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use geometry::{ConvexHull, Pose, SimpleSolid, SimpleSolidKind};
@@ -28,22 +29,35 @@ use scene::StandIn;
 use super::{Body, BundleFile, ExportError};
 
 /// Largest differences allowed. Single-precision formats round at 6e-8 of a value.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Tolerances {
+    #[schemars(range(min = 0.0))]
     pub mass_relative: f64,
+    #[schemars(range(min = 0.0))]
     pub center_of_mass_m: f64,
     /// Over the largest moment.
+    #[schemars(range(min = 0.0))]
     pub inertia_relative: f64,
+    #[schemars(range(min = 0.0))]
     pub dynamic_friction: f64,
+    #[schemars(range(min = 0.0))]
     pub static_friction: f64,
+    #[schemars(range(min = 0.0))]
     pub restitution: f64,
+    #[schemars(range(min = 0.0))]
     pub rolling_friction_m: f64,
+    #[schemars(range(min = 0.0))]
     pub torsional_friction_m: f64,
+    #[schemars(range(min = 0.0))]
     pub translation_m: f64,
+    #[schemars(range(min = 0.0))]
     pub rotation_rad: f64,
+    #[schemars(range(min = 0.0))]
     pub hull_corner_m: f64,
+    #[schemars(range(min = 0.0))]
     pub hull_volume_relative: f64,
     /// Of the visual meshes.
+    #[schemars(range(min = 0.0))]
     pub vertex_m: f64,
 }
 
@@ -118,7 +132,7 @@ type ReadResult<T> = Result<T, ReadError>;
 
 /// Result of the comparison, per format. If there is a report, names, labels, movable bodies and the numbers of bodies,
 /// hulls and corners are equal.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RoundTripReport {
     pub tolerances: Tolerances,
     pub usd: FormatDeviation,
@@ -129,34 +143,53 @@ pub struct RoundTripReport {
 }
 
 /// Largest differences between a format and the scene over all bodies, rounded up to a power of ten.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct FormatDeviation {
     pub bodies: usize,
     pub hulls: usize,
+    #[schemars(range(min = 0.0))]
     pub mass_relative: f64,
+    #[schemars(range(min = 0.0))]
     pub center_of_mass_m: f64,
+    #[schemars(range(min = 0.0))]
     pub inertia_relative: f64,
+    #[schemars(range(min = 0.0))]
     pub dynamic_friction: f64,
-    /// `None` where the format has no place for it; likewise the three fields below.
+    /// Null where a format has no place for it.
+    #[schemars(range(min = 0.0))]
     pub static_friction: Option<f64>,
+    /// Null where a format has no place for it.
+    #[schemars(range(min = 0.0))]
     pub restitution: Option<f64>,
+    /// Null where a format has no place for it.
+    #[schemars(range(min = 0.0))]
     pub rolling_friction_m: Option<f64>,
+    /// Null where a format has no place for it.
+    #[schemars(range(min = 0.0))]
     pub torsional_friction_m: Option<f64>,
+    #[schemars(range(min = 0.0))]
     pub translation_m: f64,
+    #[schemars(range(min = 0.0))]
     pub rotation_rad: f64,
+    #[schemars(range(min = 0.0))]
     pub hull_corner_m: f64,
+    #[schemars(range(min = 0.0))]
     pub hull_volume_relative: f64,
     /// Of the visual meshes.
+    #[schemars(range(min = 0.0))]
     pub vertex_m: f64,
 }
 
 /// Largest differences between the GLB files and the scene, rounded up to a power of ten.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct MeshDeviation {
     pub meshes: usize,
+    #[schemars(range(min = 0.0))]
     pub translation_m: f64,
+    #[schemars(range(min = 0.0))]
     pub rotation_rad: f64,
     /// Vertices of the scene file against the meshes at their poses.
+    #[schemars(range(min = 0.0))]
     pub vertex_m: f64,
 }
 

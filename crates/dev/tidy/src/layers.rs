@@ -190,7 +190,7 @@ pub const ROOT_MODULES: &[Layer] = &[
     // These are work of the worker, whose errors are those of stages.
     layer(
         "freezer",
-        &["datasets", "pipeline", "runtime", "scene", "store", "worker"],
+        &["datasets", "pipeline", "runtime", "scene", "schemas", "store", "worker"],
         &[SERVERS, CLIENTS, ROWS],
     ),
     layer(
@@ -244,10 +244,20 @@ pub const ROOT_MODULES: &[Layer] = &[
         ],
         &[SERVERS, CLIENTS, ROWS, TASKS],
     ),
-    // JSON schemas of types of other crates, whose lists of words it reads.
+    // JSON schemas that several types have, which hold those of types of other crates.
     layer(
         "schemas",
-        &["batches", "demonstrations", "episodes", "scene", "store", "tasks"],
+        &[
+            "batches",
+            "certificate",
+            "demonstrations",
+            "episodes",
+            "geometry",
+            "manipulation",
+            "scene",
+            "store",
+            "tasks",
+        ],
         &[SERVERS, CLIENTS, ROWS, FILES, SYSTEM, TASKS],
     ),
     // Refusals, for all who refuse.

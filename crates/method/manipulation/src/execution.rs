@@ -37,6 +37,7 @@ use geometry::Pose;
 use nalgebra::Isometry3;
 use rand::Rng;
 use robot::model::Robot;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tasks::{Disturbance, PredicateOutcome, Task};
 
@@ -84,7 +85,7 @@ pub struct Execution {
     pub variant: Option<String>,
     pub world_from_base: Pose,
     pub succeeded: bool,
-    /// Reason of the failure; `None` if the task succeeded.
+    /// Reason of the failure; null if the task succeeded.
     pub failure: Option<Failure>,
     /// Details of the failure, for people.
     pub detail: Option<String>,
@@ -98,8 +99,9 @@ pub struct Execution {
 }
 
 /// Reason why a task failed. The names are stable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "ExecutionFailure", description = "Reason why a task failed.")]
 pub enum Failure {
     /// No configuration of the arm reaches a grasp or a place.
     Unreachable,
@@ -133,11 +135,16 @@ impl Failure {
 }
 
 /// One object that was picked up.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(
+    rename = "Pick",
+    description = "An object that was picked up, its grasp, and how far it moved in the hand."
+)]
 pub struct PickReport {
     pub object: String,
     pub grasp: Grasp,
     /// Distance that the gripped point moved in the hand until it was let go, meters.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub slip_m: f64,
 }
 

@@ -25,6 +25,7 @@ use geometry::{DVec3, Pose};
 use physics::Body;
 use rand::Rng;
 use robot::model::Robot;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::world::{WorldError, WorldOptions};
@@ -46,22 +47,32 @@ const EASY_TRIALS: usize = 6;
 const ENOUGH: usize = 3;
 
 /// A grasp of one object.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(
+    rename = "ExecutedGrasp",
+    description = "A grasp of a parallel gripper; the tool closes along its y axis and comes along its z axis."
+)]
 pub struct Grasp {
     /// The tool when the fingers have closed.
     pub object_from_tool: Pose,
     /// Distance of the pads from each other when they hold the object, meters.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub opening_m: f64,
     /// Distance of the pads from each other when the hand approaches, meters.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub pregrasp_opening_m: f64,
     /// Force of each pad, newtons.
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub force_n: f64,
     /// 0..=1: the score of the candidate, and above 0.5 only if it was stable.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub confidence: f64,
     pub verdict: Verdict,
     /// Distance that the gripped point moved in the hand while it was shaken, meters; 0 if it was not tried.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub slip_m: f64,
     /// Angle by which the object turned in the hand since it was gripped, radians; 0 if it was not tried.
+    #[schemars(range(min = 0.0, max = 3.2))]
     pub turn_rad: f64,
 }
 

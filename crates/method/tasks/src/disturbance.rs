@@ -1,6 +1,7 @@
 //! Objects outside a goal that an execution moved.
 
 use scene::InstanceId;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::goal::Goal;
@@ -8,12 +9,14 @@ use crate::posed_object::{PosedObject, find};
 use crate::task::Limits;
 
 /// An object that moved farther than the limits of the task permit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Disturbance {
     pub object: InstanceId,
     /// Of its origin, meters.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub displacement_m: f64,
     /// Of its orientation, about any axis, radians.
+    #[schemars(range(min = 0.0, max = 3.2))]
     pub rotation_rad: f64,
 }
 

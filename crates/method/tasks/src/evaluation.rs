@@ -15,6 +15,7 @@ mod support;
 use geometry::Outline;
 use scene::InstanceId;
 use scene::text_account::{GoalPredicate, PredicateKind};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{Contact, ContactBody};
@@ -42,17 +43,24 @@ pub struct Situation<'a> {
 }
 
 /// The verdict about one predicate.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(description = "Whether a predicate holds, and the value that decides.")]
 pub struct PredicateOutcome {
     pub predicate: GoalPredicate,
     pub holds: bool,
     /// The value that decides, meters or radians; 0 where nothing can be measured.
+    #[schemars(range(min = -1_000_000.0, max = 1_000_000.0))]
     pub measured: f64,
+    #[schemars(range(min = -1_000_000.0, max = 1_000_000.0))]
     pub limit: f64,
-    /// Side of the limit on which the measured value must be.
+    /// Side of the limit on which the measured value must be: `at_least` or `at_most`.
+    #[schemars(with = "String")]
     pub bound: Bound,
+    /// `meters` or `radians`.
+    #[schemars(with = "String")]
     pub unit: Unit,
     /// Meaning of the measured value, or the reason why the predicate does not hold.
+    #[schemars(with = "String")]
     pub reason: Reason,
 }
 

@@ -264,48 +264,9 @@ mod tests {
     fn names_are_those_of_files() {
         let goal = read(r#"[{"predicate": "swapped", "object": "a", "target": "b"}]"#).expect("a goal");
         assert_eq!(goal.moved_objects().len(), 2);
-        for kind in ALL_KINDS {
+        for kind in PredicateKind::ALL {
             let json = serde_json::to_value(kind).expect("serializes");
             assert_eq!(json.as_str(), Some(name_of(kind)));
         }
     }
-
-    const ALL_KINDS: [PredicateKind; 33] = {
-        use PredicateKind as P;
-        [
-            P::In,
-            P::OutOf,
-            P::On,
-            P::Off,
-            P::StackedOn,
-            P::LeftOf,
-            P::RightOf,
-            P::InFrontOf,
-            P::Behind,
-            P::NextTo,
-            P::Between,
-            P::AwayFrom,
-            P::AtCenter,
-            P::AtBack,
-            P::AtFront,
-            P::AtLeft,
-            P::AtRight,
-            P::AtBackLeft,
-            P::AtBackRight,
-            P::AtFrontLeft,
-            P::AtFrontRight,
-            P::Swapped,
-            P::Lifted,
-            P::Opened,
-            P::Closed,
-            P::Upright,
-            P::LyingOnSide,
-            P::UpsideDown,
-            P::Rotated,
-            P::Moved,
-            P::PouredInto,
-            P::UsedOn,
-            P::Pressed,
-        ]
-    };
 }

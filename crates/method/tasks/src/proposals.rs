@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 use rand::seq::SliceRandom;
 use scene::InstanceId;
 use scene::text_account::GoalPredicate;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use self::candidates::{Candidate, candidates, pairs};
@@ -32,7 +33,7 @@ use runtime::seed::child_rng;
 const MAX_TRIES: usize = 12;
 
 /// Kind of a proposed task.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ProposalKind {
     In,
@@ -62,8 +63,9 @@ impl ProposalKind {
 }
 
 /// A proposed task.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(description = "A feasible task by rules over shapes and affordances.")]
 pub struct ProposedTask {
     pub kind: ProposalKind,
     /// With the default wording as its instruction.

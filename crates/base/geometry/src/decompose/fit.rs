@@ -7,6 +7,7 @@
 use std::iter::repeat_n;
 
 use glam::{DVec2, DVec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::DecomposeError;
@@ -14,23 +15,30 @@ use super::field::{Field, Nearby};
 use super::openings::openings;
 use crate::ConvexHull;
 use crate::convex_hull::{FlatPlanes, planes};
+use crate::json_numbers::Fraction;
 use crate::solid_query::MeshSolid;
 use runtime::CancelFlag;
 
 /// Measures of fit of the hulls of a mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HullFit {
     /// Volume error: what of the union of the hulls lies outside the solid, over what lies in it.
+    #[schemars(range(min = 0.0))]
     pub air_share: f64,
     /// Largest and mean distance of the surface of the hulls' union from the mesh, meters.
+    #[schemars(range(min = 0.0))]
     pub hulls_from_mesh_max_m: f64,
+    #[schemars(range(min = 0.0))]
     pub hulls_from_mesh_mean_m: f64,
     /// Largest and mean distance of the mesh from the surface of the hulls' union, meters.
+    #[schemars(range(min = 0.0))]
     pub mesh_from_hulls_max_m: f64,
+    #[schemars(range(min = 0.0))]
     pub mesh_from_hulls_mean_m: f64,
     /// Share of the openings that no hull fills. Openings are points in the mesh's convex hull farther from the mesh
     /// than a fiftieth of its size that a ball of that radius reaches from outside: cavities and handles count, creases
     /// and what is sealed do not. 1 if all openings stay open, or if there is none.
+    #[schemars(with = "Fraction")]
     pub open_share: f64,
 }
 

@@ -1,12 +1,13 @@
 //! Changes of the reference camera.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{ANGLE, FACTOR, is_angle, is_factor};
 use crate::validation::{Violation, Violations};
 
 /// A change of the reference camera.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraMove {
     /// About the vertical axis through the center of the table, counter-clockwise seen from above.

@@ -1,6 +1,7 @@
 //! Places that operations state.
 
 use glam::DVec2;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{ANGLE, is_angle};
@@ -8,7 +9,7 @@ use crate::description::RelationKind;
 use crate::validation::{Violation, Violations};
 
 /// A place: a relation to another object or to the table, coordinates, or a displacement.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EditPlace {
     /// `on`, `in`, `left_of`, `right_of`, `in_front_of`, `behind`, `next_to`, `between`, a region of the table
@@ -26,9 +27,11 @@ pub struct EditPlace {
     pub distance_m: Option<f64>,
     /// Center of the object on the table top, from its center: x to the right, y to the back, meters.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f64; 2]>")]
     pub position_m: Option<DVec2>,
     /// Displacement from where a moved object is: x to the right, y to the back, meters.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f64; 2]>")]
     pub offset_m: Option<DVec2>,
     /// Rotation about the vertical axis; 0 faces the front edge. Chosen where it is absent.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,5 +1,6 @@
 //! The demands of a description that a finished layout does not meet.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -8,13 +9,16 @@ use super::{
 };
 use crate::InstanceId;
 use crate::description::{ArrangementKind, RelationKind, SceneDescription};
+use crate::name::Names;
 use geometry::Outline;
 use geometry::pose::wrap_angle_rad;
 
 /// A demand that is not met, and the objects that it names.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(description = "A demand of the text that the layout does not meet, and its objects.")]
 pub struct Unmet {
     /// The object of a relation or property; all objects of an arrangement.
+    #[schemars(with = "Names")]
     pub objects: Vec<InstanceId>,
     #[serde(flatten)]
     pub demand: UnmetDemand,
@@ -32,7 +36,7 @@ impl Unmet {
 }
 
 /// The kind of a demand.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum UnmetDemand {
     /// A relation; without targets, to the table.

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 use scene::predicates::NEXT_TO_M;
 use scene::text_account::{GoalPredicate, PredicateKind};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::evaluation::{LIFT_M, MOVE_M, SWAP_M};
@@ -20,20 +21,26 @@ const VIEW_M: [f64; 2] = [0.5, 0.7];
 
 /// Difficulty of a task and its causes. `overall` is the mean of five terms, each from 0 to 1: `(objects - 1) / 3` and
 /// `(steps - 1) / 3` up to 1, `clutter / 6` up to 1, `occlusion`, and `0.03 m / (0.03 m + precision_m)`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Difficulty {
     /// Objects that the goal names.
+    #[schemars(range(min = 1, max = 1000))]
     pub objects: usize,
     /// Other objects within 6 cm of one of these.
+    #[schemars(range(min = 0, max = 1000))]
     pub clutter: usize,
     /// Share of these that is hidden to a viewer at the front edge, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub occlusion: f64,
     /// Tolerance of placements, meters: the smallest of the steps.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub precision_m: f64,
     /// Objects picked up and put down; a swap takes three.
+    #[schemars(range(min = 1, max = 1000))]
     pub steps: usize,
     /// 0 (easy) to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub overall: f64,
 }
 

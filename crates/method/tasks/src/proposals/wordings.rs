@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use scene::InstanceId;
 use scene::text_account::{GoalPredicate, PredicateKind};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::candidates::Candidate;
@@ -11,7 +12,7 @@ use super::references::References;
 use crate::task_scene::TaskScene;
 
 /// The same task as three people would say it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Wordings {
     /// With wide nouns, which may fit several objects.

@@ -35,10 +35,10 @@ fn schema_has_the_fields_that_are_written() {
     let (schema, task) = (schema(), serde_json::to_value(task()).expect("serializes"));
     assert_eq!(keys(&schema["properties"]), keys(&task));
     assert_eq!(strings(&schema["required"]), keys(&task));
-    let limits = &schema["properties"]["limits"];
+    let limits = &schema["$defs"]["TaskLimits"];
     assert_eq!(keys(&limits["properties"]), keys(&task["limits"]));
     assert_eq!(strings(&limits["required"]), keys(&task["limits"]));
-    let predicate = &schema["$defs"]["predicate"];
+    let predicate = &schema["$defs"]["GoalPredicate"];
     assert_eq!(keys(&predicate["properties"]), keys(&task["goal"][2]));
     for object in [&schema, limits, predicate] {
         assert_eq!(object["additionalProperties"], Value::Bool(false));
@@ -49,8 +49,8 @@ fn schema_has_the_fields_that_are_written() {
 #[test]
 fn schema_has_the_predicates_that_are_read_with_their_targets() {
     let schema = schema();
-    let predicate = &schema["$defs"]["predicate"];
-    let names = strings(&predicate["properties"]["predicate"]["enum"]);
+    let predicate = &schema["$defs"]["GoalPredicate"];
+    let names = strings(&schema["$defs"]["PredicateKind"]["enum"]);
     let with_target = strings(&predicate["allOf"][1]["if"]["properties"]["predicate"]["enum"]);
     let without = strings(&predicate["allOf"][2]["if"]["properties"]["predicate"]["enum"]);
     assert_eq!(names.len(), 33);
@@ -111,7 +111,7 @@ fn problem_has_objects_supports_and_goal() {
 fn domain_declares_every_predicate_that_problems_have() {
     let domain = bddl::domain();
     let scene = made_scene();
-    for kind in strings(&schema()["$defs"]["predicate"]["properties"]["predicate"]["enum"]) {
+    for kind in strings(&schema()["$defs"]["PredicateKind"]["enum"]) {
         for targets in ["", r#", "target": "mug_1""#, r#", "target": "mug_1", "second_target": "mug_2""#] {
             let text = format!(r#"[{{"predicate": "{kind}", "object": "apple_1"{targets}}}]"#);
             let Ok(goal) = serde_json::from_str::<Goal>(&text) else { continue };

@@ -1,5 +1,6 @@
 //! Progress of a recording, and the time that the rest takes at the pace of its last attempts.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::{AnyConnection, Row};
 
@@ -12,17 +13,23 @@ use crate::{Store, StoreError};
 const PACE_ATTEMPTS: i64 = 64;
 
 /// Progress of a recording.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RecordingProgress {
     /// Attempts that have an outcome.
+    #[schemars(range(min = 0, max = 1_000_000))]
     pub attempts: u64,
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub max_attempts: u64,
-    /// Also those beyond what is wanted.
+    /// Also those beyond what is wanted, which are no part of the dataset.
+    #[schemars(range(min = 0, max = 1_000_000))]
     pub successes: u64,
+    #[schemars(range(min = 1, max = 100_000))]
     pub wanted: u64,
     /// Of the attempts so far.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub success_rate: Option<f64>,
-    /// By the pace of the attempts that were made last; `None` before the first success and after the end.
+    /// By the pace of the last attempts, without assembling; null before the first success and after the end.
+    #[schemars(range(min = 0.0, max = 3_200_000_000.0))]
     pub seconds_left: Option<f64>,
 }
 
