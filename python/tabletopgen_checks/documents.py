@@ -51,6 +51,8 @@ LEFT_OUT = {
         "wants the package webdataset; the bar `batches` streams shards with it",
     ("docs/operations.md", "tabletopgen serve --listen 127.0.0.1:8080 --data-dir data --config server.toml"):
         "does not end; every other fence uses such a server",
+    ("docs/operations.md", "tabletopgen migrate --create --data-dir data"):
+        "listens for other machines and does not end; tests/it/cli/keys.rs and tests/it/api/access.rs make and use keys",
     ("docs/operations.md", 'pg_dump --format=custom --file=tabletopgen.dump "$URL"      # first: every row has its blob'):
         "wants PostgreSQL and a bucket",
 }
