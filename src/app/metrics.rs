@@ -13,6 +13,7 @@ use metrics::Recorder;
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 
 use store::lifecycle::FailureClass;
+use store::limits::Limit;
 
 /// A metric family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -246,6 +247,9 @@ fn start_at_zero() {
         "logins",
     ] {
         metrics::counter!("tabletopgen_requests_refused_total", "reason" => reason).increment(0);
+    }
+    for limit in Limit::OF_TENANT.into_iter().chain([Limit::AllWaitingScenes]) {
+        metrics::counter!("tabletopgen_limits_refused_total", "limit" => limit.as_str()).increment(0);
     }
     for operation in ["read", "write"] {
         metrics::counter!("tabletopgen_blob_failures_total", "operation" => operation).increment(0);

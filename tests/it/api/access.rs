@@ -47,6 +47,8 @@ struct Operation {
     /// `None` for those that anybody may use.
     scope: Option<Option<Scope>>,
     body: Value,
+    /// Media type of the body.
+    media_type: &'static str,
 }
 
 fn operations() -> Vec<Operation> {
@@ -58,13 +60,18 @@ fn operations() -> Vec<Operation> {
             let operation = &document["paths"][route.path.replace("{*", "{")][method.as_str()];
             let security = operation["security"].as_array().unwrap_or_else(|| panic!("{}", route.path));
             let scope = |first: &Value| first["key"][0].as_str().map(|word| Scope::parse(word).unwrap());
-            let json = &operation["requestBody"]["content"]["application/json"];
+            let media_type = match route.method {
+                Method::PATCH => "application/merge-patch+json",
+                _ => "application/json",
+            };
+            let json = &operation["requestBody"]["content"][media_type];
             Operation {
                 method: route.method,
                 path: route.path,
                 id: operation["operationId"].as_str().unwrap().to_owned(),
                 scope: security.first().map(scope),
                 body: json["examples"]["example"]["value"].clone(),
+                media_type,
             }
         })
         .collect()
@@ -155,7 +162,7 @@ async fn call(
     headers: &[(&str, &str)],
 ) -> Reply {
     let body = if operation.body.is_null() { String::new() } else { operation.body.to_string() };
-    let headers = [&[("content-type", "application/json")], headers].concat();
+    let headers = [&[("content-type", operation.media_type)], headers].concat();
     server.call(operation.method.clone(), &path_of(operation, ids), &headers, body).await
 }
 

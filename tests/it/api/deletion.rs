@@ -41,7 +41,9 @@ fn path_of(reply: &Reply, kind: &str) -> String {
 
 /// A finished batch of these texts; its path.
 async fn batch(server: &Server, texts: &[String]) -> String {
-    let line = |text: &String| json!({ "custom_id": text, "body": { "text": text, "seed": 1 } }).to_string();
+    let line = |text: &String| {
+        json!({ "custom_id": text.replace(' ', "-"), "body": { "text": text, "seed": 1 } }).to_string()
+    };
     let lines: Vec<String> = texts.iter().map(line).collect();
     let headers = [("content-type", "application/jsonl")];
     let reply = server.call(Method::POST, "/batches", &headers, lines.join("\n")).await;

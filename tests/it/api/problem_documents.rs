@@ -27,7 +27,7 @@ async fn a_full_queue_has_this_document() {
     let script = Script::new(&[("alpha", &[Act::Wait])]);
     let server = Server::with(
         &script,
-        &[("queue.max_jobs", "1"), ("queue.max_jobs_per_tenant", "1"), ("worker.concurrency", "1")],
+        &[("queue.max_jobs", "1"), ("store.limits.waiting_jobs", "1"), ("worker.concurrency", "1")],
     )
     .await;
     server.submit("a mug").await;

@@ -76,11 +76,12 @@ async fn what_is_kept_is_private_whatever_the_umask_and_however_it_was_left() {
     assert_eq!(open_to_others(&new), Vec::<String>::new());
 
     if data.join("tabletopgen.sqlite").exists() {
-        let copy = data.join("copy");
+        let place = tempfile::tempdir().unwrap();
+        let copy = place.path().join("copy");
         let done = with_open_umask().arg("backup").arg(&copy).arg("--data-dir").arg(data).output().unwrap();
         assert!(done.status.success(), "{done:?}");
         assert_eq!(open_to_others(&copy), Vec::<String>::new());
-        let again = data.join("again");
+        let again = place.path().join("again");
         let done =
             with_open_umask().arg("restore").arg(&copy).arg("--data-dir").arg(&again).output().unwrap();
         assert!(done.status.success(), "{done:?}");
