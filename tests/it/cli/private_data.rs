@@ -20,7 +20,8 @@ fn all_in(folder: &Path) -> Vec<PathBuf> {
 
 /// Entries that others than the user may use, each with its mode.
 fn open_to_others(folder: &Path) -> Vec<String> {
-    let mode = |path: &PathBuf| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    // The database removes its log when it closes, also between the listing and this.
+    let mode = |path: &PathBuf| std::fs::metadata(path).map_or(0, |data| data.permissions().mode() & 0o777);
     let open = all_in(folder).into_iter().filter(|path| mode(path) & 0o077 != 0);
     open.map(|path| format!("{:o} {}", mode(&path), path.display())).collect()
 }

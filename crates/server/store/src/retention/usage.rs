@@ -167,12 +167,12 @@ pub(crate) async fn bytes_of(
              UNION
              SELECT dataset_files.digest, dataset_files.size
              FROM dataset_files JOIN datasets ON datasets.id = dataset_files.dataset_id
-             WHERE datasets.tenant_id = $1
+             WHERE datasets.tenant_id = $1 AND datasets.deleted_at IS NULL
              UNION
              SELECT COALESCE(recording_archives.digest, recording_archives.recording_id || recording_archives.format),
                     recording_archives.size
              FROM recording_archives JOIN recordings ON recordings.id = recording_archives.recording_id
-             WHERE recordings.tenant_id = $1
+             WHERE recordings.tenant_id = $1 AND recordings.deleted_at IS NULL
              UNION
              SELECT answer, size FROM executions WHERE tenant_id = $1 AND answer IS NOT NULL) AS stored",
     )
