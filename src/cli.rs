@@ -5,6 +5,7 @@
 
 pub mod exit;
 pub mod options;
+mod place;
 pub mod number;
 pub mod terminal;
 pub mod signals;

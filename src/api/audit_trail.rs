@@ -25,26 +25,17 @@ const CLIENT_WENT: u16 = 499;
 const MAX_SUBJECT_CHARS: usize = 300;
 
 /// The record; clones share it.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct AuditTrail {
-    store: StoreHandle,
+    store: Store,
     refusals: Arc<MinuteCounts>,
     background: Arc<Semaphore>,
-}
-
-#[derive(Clone)]
-struct StoreHandle(Store);
-
-impl std::fmt::Debug for StoreHandle {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Store")
-    }
 }
 
 impl AuditTrail {
     pub fn new(store: Store) -> Self {
         let refusals = Arc::new(MinuteCounts::new(REFUSALS_PER_MINUTE, REFUSALS_PER_CLIENT));
-        Self { store: StoreHandle(store), refusals, background: Arc::new(Semaphore::new(CONCURRENT_ROWS)) }
+        Self { store, refusals, background: Arc::new(Semaphore::new(CONCURRENT_ROWS)) }
     }
 
     /// Begins a request that is recorded; [`Recorded::end`] writes the row.
@@ -56,7 +47,7 @@ impl AuditTrail {
     }
 
     async fn write(&self, entry: AuditEntry) {
-        if let Err(error) = self.store.0.record(entry).await {
+        if let Err(error) = self.store.record(entry).await {
             match error.outage() {
                 // The store itself reports outages, once.
                 Some(_) => tracing::debug!(error = error.chain(), "a change was not recorded"),
@@ -78,7 +69,6 @@ impl AuditTrail {
 }
 
 /// A request whose answer is recorded.
-#[derive(Debug)]
 pub struct Recorded {
     trail: AuditTrail,
     client: Option<ClientAddress>,

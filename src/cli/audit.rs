@@ -3,7 +3,8 @@
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::keys::Place;
+use super::keys::connect;
+use super::place::Place;
 use super::{Exit, Failure, runtime, terminal};
 use crate::app;
 use crate::schemas::values::Timestamp;
@@ -33,7 +34,7 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let Arguments { since, tenant, json, place } = arguments;
     runtime()?.block_on(async {
-        let mut control = place.connect().await?;
+        let mut control = connect(&place).await?;
         let mut before_id = None;
         loop {
             let since_ms = since.map(jiff::Timestamp::as_millisecond);

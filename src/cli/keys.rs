@@ -1,14 +1,13 @@
 //! `keys`: makes, lists and revokes the keys of clients, beside the processes that run. A person who may write the
 //! database is the operator, and may make a key for any tenant.
 
-use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
 use super::duration::duration;
-use super::options::ConfigOptions;
+use super::place::Place;
 use super::{Exit, Failure, runtime, terminal};
 use crate::app;
 use crate::schemas::values::Timestamp;
@@ -70,22 +69,9 @@ enum Action {
     },
 }
 
-/// Place of the database.
-#[derive(Debug, Args)]
-pub(super) struct Place {
-    /// The data directory
-    #[arg(long, value_name = "DIR", default_value = "data")]
-    data_dir: PathBuf,
-    #[command(flatten)]
-    options: ConfigOptions,
-}
-
-impl Place {
-    /// Connects to the database.
-    pub(super) async fn connect(&self) -> Result<KeyControl, Failure> {
-        let resolved = self.options.load(Vec::new())?;
-        Ok(app::key_control(&self.data_dir, &resolved.config).await?)
-    }
+/// Connects to the database of keys and of the record of changes.
+pub(super) async fn connect(place: &Place) -> Result<KeyControl, Failure> {
+    Ok(app::key_control(&place.data_dir, &place.settings()?.config).await?)
 }
 
 /// Does it.
@@ -123,7 +109,7 @@ fn checked(
 }
 
 async fn create(new: NewKey, as_json: bool, place: &Place) -> Result<String, Failure> {
-    let (row, secret) = place.connect().await?.create(new).await.map_err(app::AppError::from)?;
+    let (row, secret) = connect(place).await?.create(new).await.map_err(app::AppError::from)?;
     if as_json {
         let mut document = as_document(&row);
         document["key"] = secret.expose().into();
@@ -137,7 +123,7 @@ async fn create(new: NewKey, as_json: bool, place: &Place) -> Result<String, Fai
 }
 
 async fn list(tenant: Option<TenantId>, as_json: bool, place: &Place) -> Result<String, Failure> {
-    let mut control = place.connect().await?;
+    let mut control = connect(place).await?;
     let (mut rows, mut before_id): (Vec<KeyRow>, _) = (Vec::new(), None);
     loop {
         let filter = KeyFilter { before_id: before_id.take(), limit: PAGE };
@@ -157,7 +143,7 @@ async fn list(tenant: Option<TenantId>, as_json: bool, place: &Place) -> Result<
 }
 
 async fn revoke(id: &KeyId, place: &Place) -> Result<String, Failure> {
-    match place.connect().await?.revoke(id).await.map_err(app::AppError::from)? {
+    match connect(place).await?.revoke(id).await.map_err(app::AppError::from)? {
         RevokeOutcome::Revoked => Ok(format!("revoked: {id}\n")),
         RevokeOutcome::WasRevoked => Ok(format!("was revoked before: {id}\n")),
         RevokeOutcome::NotFound => Err(Failure::new(

@@ -1,12 +1,10 @@
 //! `queue`: shows the queue, or pauses and resumes the claiming of jobs, datasets and recordings, beside the processes
 //! that run.
 
-use std::path::PathBuf;
-
 use clap::{Args, Subcommand};
 use serde_json::json;
 
-use super::options::ConfigOptions;
+use super::place::Place;
 use super::{Exit, Failure, runtime, terminal};
 use crate::app;
 use store::queue::QueueStatus;
@@ -44,23 +42,13 @@ enum Action {
     },
 }
 
-/// Place of the database.
-#[derive(Debug, Args)]
-struct Place {
-    /// The data directory
-    #[arg(long, value_name = "DIR", default_value = "data")]
-    data_dir: PathBuf,
-    #[command(flatten)]
-    options: ConfigOptions,
-}
-
 /// Does it, and prints what holds now.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let (place, as_json) = match &arguments.action {
         Action::Status { json, place } => (place, *json),
         Action::Pause { place, .. } | Action::Resume { place } => (place, false),
     };
-    let resolved = place.options.load(Vec::new())?;
+    let resolved = place.settings()?;
     let status = runtime()?.block_on(async {
         let mut control = app::queue_control(&place.data_dir, &resolved.config).await?;
         match &arguments.action {

@@ -2,12 +2,11 @@
 //! processes that run.
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use serde_json::{Map, Value, json};
 
-use super::options::ConfigOptions;
+use super::place::Place;
 use super::{Exit, Failure, number, runtime, terminal};
 use crate::app::{self, AppError};
 use scene::{MicroUsd, TenantId};
@@ -59,16 +58,6 @@ enum Action {
         #[command(flatten)]
         place: Place,
     },
-}
-
-/// Place of the database.
-#[derive(Debug, Args)]
-struct Place {
-    /// The data directory
-    #[arg(long, value_name = "DIR", default_value = "data")]
-    data_dir: PathBuf,
-    #[command(flatten)]
-    options: ConfigOptions,
 }
 
 /// A value of a tenant's own; `None` = that of the settings.
@@ -131,7 +120,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
             (Some(tenant), changes, json, place)
         }
     };
-    let resolved = place.options.load(Vec::new())?;
+    let resolved = place.settings()?;
     let accounts = runtime()?.block_on(async {
         let mut control = app::limits_control(&place.data_dir, &resolved.config).await?;
         if let Some(tenant) = tenant.as_ref().filter(|_| !changes.is_empty()) {

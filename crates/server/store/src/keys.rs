@@ -11,6 +11,7 @@ use sqlx::{AnyConnection, AssertSqlSafe, Connection, Row};
 use uuid::Uuid;
 
 use super::audit::{self, AuditEntry, AuditFilter, AuditRow};
+use super::database::Dialect;
 use super::list_query::ListQuery;
 use super::scopes::ScopeSet;
 use super::secret::Secret;
@@ -140,10 +141,7 @@ impl Store {
     /// The grant of a key with this digest.
     #[boxed]
     pub async fn key_grant(&self, digest: &Digest) -> Result<Option<Grant>, StoreError> {
-        let query = format!(
-            "SELECT api_keys.*, NULL AS session_ends, {} AS now FROM api_keys WHERE digest = $1",
-            self.readers.dialect().now_ms()
-        );
+        let query = key_query(self.readers.dialect());
         let row =
             sqlx::query(AssertSqlSafe(query)).bind(digest.as_str()).fetch_optional(&self.readers).await?;
         let grant = row.as_ref().map(grant_of).transpose()?;
@@ -177,6 +175,12 @@ impl Store {
             }
         });
     }
+}
+
+/// The statement that reads a key by its digest, as [`grant_of`] wants the row.
+pub(super) fn key_query(dialect: Dialect) -> String {
+    let now = dialect.now_ms();
+    format!("SELECT api_keys.*, NULL AS session_ends, {now} AS now FROM api_keys WHERE digest = $1")
 }
 
 /// The operator's connection to the keys, beside running processes: it takes no lock of the data directory.

@@ -4,7 +4,7 @@
 use sqlx::AssertSqlSafe;
 
 use super::database::Dialect;
-use super::keys::{Grant, Validity, grant_of};
+use super::keys::{Grant, Validity, grant_of, key_query};
 use super::{Digest, Store, StoreError};
 use crate::boxed;
 
@@ -23,10 +23,7 @@ impl Store {
         self.writer
             .write("begin a session", move |connection| {
                 Box::pin(async move {
-                    let query = format!(
-                        "SELECT api_keys.*, NULL AS session_ends, {} AS now FROM api_keys WHERE digest = $1",
-                        Dialect::of(connection).now_ms()
-                    );
+                    let query = key_query(Dialect::of(connection));
                     let query = sqlx::query(AssertSqlSafe(query)).bind(key.as_str());
                     let row = query.fetch_optional(&mut *connection).await?;
                     let Some(mut grant) = row.as_ref().map(grant_of).transpose()? else { return Ok(None) };
