@@ -78,6 +78,8 @@ async fn two_workers_compute_the_same_stages_once() {
         }
         let jobs = [submit(&store).await, submit(&store).await];
         waits(&store, [&jobs[0], &jobs[1]]).await;
+        // A job waits from the moment another one holds the stage, which may be before that one has begun it.
+        script.reaches("alpha").await;
         assert_eq!(script.runs(), ["alpha"]);
         script.open_gate();
         for job in &jobs {
