@@ -53,6 +53,7 @@ pub mod events;
 pub mod probes;
 mod deletion;
 mod admission;
+pub mod cross_origin;
 pub mod layers;
 pub mod serve;
 
@@ -77,6 +78,7 @@ use body_memory::BodyMemory;
 use contract::operations;
 use contract::route::{self, Route};
 use cookie::SessionCookie;
+use cross_origin::AllowedOrigins;
 use events::hub::EventHub;
 use events::stream_limits::StreamLimits;
 use minute_counts::MinuteCounts;
@@ -96,6 +98,8 @@ pub struct Settings {
     pub allow_unauthenticated: bool,
     /// Further names that clients reach the server by, separated by spaces; `*` for any.
     pub allowed_hosts: String,
+    /// Origins whose pages may use this server, separated by spaces.
+    pub allowed_origins: String,
     /// Addresses of reverse proxies, separated by spaces.
     pub proxy_addresses: String,
     /// Largest request body, bytes. An image in JSON is a third larger than its file.
@@ -176,6 +180,7 @@ pub struct Api {
     requests: Arc<Semaphore>,
     body_memory: BodyMemory,
     hosts: Arc<AllowedHosts>,
+    origins: Arc<AllowedOrigins>,
     proxies: Arc<Proxies>,
     proxy_headers: Arc<ProxyHeaders>,
     session_cookie: SessionCookie,
@@ -212,6 +217,7 @@ impl Api {
                 &settings.allowed_hosts,
                 &settings.public_url,
             )),
+            origins: Arc::new(AllowedOrigins::new(&settings.allowed_origins)),
             proxy_headers: Arc::new(ProxyHeaders::new(&settings.authentication)),
             session_cookie: SessionCookie::new(&settings.public_url),
             logins: Arc::new(MinuteCounts::new(u32::MAX, settings.authentication.logins_per_minute)),
@@ -370,5 +376,11 @@ pub fn probe_router(api: Api) -> Router {
 
 fn surrounded(router: Router<Api>, api: Api) -> Router {
     let router = router.fallback(error::no_such_route).method_not_allowed_fallback(error::method_not_allowed);
-    layers::around(admission::around(idempotency::around(router, &api), &api), &api).with_state(api)
+    let router = layers::around(admission::around(idempotency::around(router, &api), &api), &api);
+    // Outermost, so that pages can read what is refused, too.
+    let router = match api.origins.layer() {
+        Some(layer) => router.layer(layer),
+        None => router,
+    };
+    router.with_state(api)
 }

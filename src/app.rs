@@ -40,10 +40,7 @@ use crate::config::{Config, Resolved};
 use crate::pipeline::checkpoint::StageRuntime;
 use crate::worker::{BuildScene, SceneBuilder, Worker};
 use runtime::CpuPool;
-use store::keys::KeyControl;
-use store::limits::LimitsControl;
-use store::queue::control::QueueControl;
-use store::{Intent, Store, StoreError};
+use store::{Intent, Operator, Store, StoreError};
 
 /// The use cases of a process, each a method in the file of its subject; cloning shares them.
 #[derive(Clone, Debug)]
@@ -97,19 +94,9 @@ pub async fn open(data_dir: &Path, config: &Config, intent: Intent) -> Result<St
     Ok(Store::open(data_dir, &config.store, intent).await?)
 }
 
-/// The operator's connection to the queue, beside running processes.
-pub async fn queue_control(data_dir: &Path, config: &Config) -> Result<QueueControl, AppError> {
-    Ok(QueueControl::open(data_dir, &config.store).await?)
-}
-
-/// The operator's connection to the limits of tenants, beside running processes.
-pub async fn limits_control(data_dir: &Path, config: &Config) -> Result<LimitsControl, AppError> {
-    Ok(LimitsControl::open(data_dir, &config.store).await?)
-}
-
-/// The operator's connection to keys and to the record of changes, beside running processes.
-pub async fn key_control(data_dir: &Path, config: &Config) -> Result<KeyControl, AppError> {
-    Ok(KeyControl::open(data_dir, &config.store).await?)
+/// The operator's connection, beside running processes.
+pub async fn operator(data_dir: &Path, config: &Config) -> Result<Operator, AppError> {
+    Ok(Operator::open(data_dir, &config.store).await?)
 }
 
 /// The pool that a process computes on.

@@ -104,6 +104,7 @@ pub async fn start_worker(
         let settings = api::Settings {
             listen: listen_on.unwrap_or_default().to_owned(),
             allowed_hosts: "*".to_owned(),
+            allowed_origins: String::new(),
             ..config.server.clone()
         };
         let router = api::probe_router(interface(resolved, &settings, &store, cpu, &draining, &closing));

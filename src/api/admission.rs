@@ -30,7 +30,8 @@ pub(super) fn around(router: Router<Api>, api: &Api) -> Router<Api> {
 
 async fn admit(State(api): State<Api>, request: Request, next: Next) -> Response {
     let local = request.extensions().get::<Arc<Connection>>().and_then(|connection| connection.local);
-    if let Err((reason, problem)) = api.hosts.check(&request, local) {
+    let is_allowed_page = api.origins.contain_sender(request.headers());
+    if let Err((reason, problem)) = api.hosts.check(&request, local, is_allowed_page) {
         metrics::counter!("tabletopgen_requests_refused_total", "reason" => reason).increment(1);
         return problem.into_response();
     }
@@ -75,8 +76,14 @@ impl AllowedHosts {
         Self { named, any, listen }
     }
 
-    /// Refuses a request with another host, or of a page of another site; with the reason as metrics have it.
-    fn check(&self, request: &Request, local: Option<IpAddr>) -> Result<(), (&'static str, Problem)> {
+    /// Refuses a request with another host, or of a page of another site unless it is allowed; with the reason as metrics
+    /// have it.
+    fn check(
+        &self,
+        request: &Request,
+        local: Option<IpAddr>,
+        is_allowed_page: bool,
+    ) -> Result<(), (&'static str, Problem)> {
         let Some(authority) = self.authority(request).map_err(|problem| ("host", problem))? else {
             return Ok(());
         };
@@ -91,11 +98,12 @@ impl AllowedHosts {
             );
             return Err(("host", problem));
         }
-        if self.is_cross_site(request.method(), request.headers(), &authority) {
+        if !is_allowed_page && self.is_cross_site(request.method(), request.headers(), &authority) {
             let problem = Problem::new(
                 ProblemType::Forbidden,
                 "cross_site_request",
-                "a page of another site sent this request; send it from a program, or from a page of this server",
+                "a page of another site sent this request; send it from a program or from a page of this server, or ask the \
+                 operator to name the page's origin in server.allowed_origins",
             );
             return Err(("cross_site", problem));
         }
@@ -185,7 +193,9 @@ mod tests {
             request = request.header(*name, *value);
         }
         let request = request.body(Body::empty()).expect("a request");
-        hosts.check(&request, local.parse().ok()).map_or_else(|(_, problem)| problem.own_code(), |()| "fine")
+        hosts
+            .check(&request, local.parse().ok(), false)
+            .map_or_else(|(_, problem)| problem.own_code(), |()| "fine")
     }
 
     #[test]

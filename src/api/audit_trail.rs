@@ -1,10 +1,11 @@
 //! Writing of the record of changes.
 //!
-//! A change is answered when its row is written. The row of a client that leaves before its answer is written
+//! A change is answered when its row is written: with the change, where the handler knows its answer ([`RequestRecord`]),
+//! and otherwise after it. The row of a client that leaves before its answer is written
 //! afterwards, with status 499. Requests that were refused or failed changed nothing; of them a bounded number is
 //! recorded each minute, so that refusals do not fill the database.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::StatusCode;
 use tokio::sync::Semaphore;
@@ -43,7 +44,7 @@ impl AuditTrail {
         if let Some((end, _)) = entry.subject.char_indices().nth(MAX_SUBJECT_CHARS) {
             entry.subject.truncate(end);
         }
-        Recorded { trail: self.clone(), client, entry: Some(entry) }
+        Recorded { trail: self.clone(), client, record: RequestRecord(Arc::new(Mutex::new(Some(entry)))) }
     }
 
     async fn write(&self, entry: AuditEntry) {
@@ -68,19 +69,39 @@ impl AuditTrail {
     }
 }
 
+/// The row of a request until it is written. A handler may take it and write it in the transaction of its change.
+#[derive(Clone, Default)]
+pub struct RequestRecord(Arc<Mutex<Option<AuditEntry>>>);
+
+impl RequestRecord {
+    /// The row with the status of the answer, if it is not written yet.
+    pub fn take(&self, status: StatusCode) -> Option<AuditEntry> {
+        let entry = self.0.lock().unwrap_or_else(PoisonError::into_inner).take()?;
+        Some(AuditEntry { status: status.as_u16(), ..entry })
+    }
+
+    /// Returns what was taken and not written.
+    pub fn give_back(&self, entry: Option<AuditEntry>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = entry;
+    }
+}
+
 /// A request whose answer is recorded.
 pub struct Recorded {
     trail: AuditTrail,
     client: Option<ClientAddress>,
-    /// `None` when it has been written.
-    entry: Option<AuditEntry>,
+    record: RequestRecord,
 }
 
 impl Recorded {
+    /// The row, for the handler.
+    pub fn record(&self) -> RequestRecord {
+        self.record.clone()
+    }
+
     /// Writes the row with the status of the answer.
-    pub async fn end(mut self, status: StatusCode) {
-        let Some(mut entry) = self.entry.take() else { return };
-        entry.status = status.as_u16();
+    pub async fn end(self, status: StatusCode) {
+        let Some(entry) = self.record.take(status) else { return };
         let changed_nothing = status.is_client_error() || status.is_server_error();
         if changed_nothing && !self.trail.refusals.admit(self.client) {
             return;
@@ -95,8 +116,9 @@ impl Recorded {
 
 impl Drop for Recorded {
     fn drop(&mut self) {
-        if let Some(entry) = self.entry.take() {
-            self.trail.write_in_background(AuditEntry { status: CLIENT_WENT, ..entry });
+        if let Some(mut entry) = self.record.take(StatusCode::OK) {
+            entry.status = CLIENT_WENT;
+            self.trail.write_in_background(entry);
         }
     }
 }

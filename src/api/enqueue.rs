@@ -11,6 +11,7 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
 use super::Api;
+use super::audit_trail::RequestRecord;
 use super::extract::TenantApi;
 use super::idempotency::{KeyScope, idempotency_key, scoped};
 use super::limits::{check_bytes, refusal};
@@ -29,6 +30,7 @@ pub struct Delivery {
     pub(super) idempotency_key: Option<String>,
     /// Longest time that the client waits for the answer.
     pub(super) wait: Option<Duration>,
+    record: RequestRecord,
 }
 
 impl FromRequestParts<Api> for Delivery {
@@ -38,6 +40,7 @@ impl FromRequestParts<Api> for Delivery {
         Ok(Self {
             idempotency_key: idempotency_key(&parts.headers)?,
             wait: preferred_wait(&parts.headers, api.settings.max_wait_secs),
+            record: parts.extensions.get::<RequestRecord>().cloned().unwrap_or_default(),
         })
     }
 }
@@ -52,9 +55,11 @@ pub(super) async fn enqueue(
     submission: Submission,
     delivery: Delivery,
 ) -> Result<Response, Problem> {
-    let Delivery { idempotency_key, wait } = delivery;
+    let Delivery { idempotency_key, wait, record } = delivery;
     let key = scoped(api, KeyScope::Scene, idempotency_key.as_deref());
-    let Enqueued { scene_id, rows } = match enqueue_one(api, submission, key).await? {
+    // The status of an answer that waits is not known yet.
+    let record = if wait.is_some() { RequestRecord::default() } else { record };
+    let Enqueued { scene_id, rows } = match enqueue_one(api, submission, key, &record).await? {
         Ok(enqueued) => enqueued,
         Err(reached) => return Ok(refusal(reached)),
     };
@@ -96,8 +101,8 @@ pub(super) struct Enqueued {
     rows: Option<Box<NewRows>>,
 }
 
-/// Enqueues a submission; the key has its scope. Inner `Err` where a limit leaves no
-/// room.
+/// Enqueues a submission; the key has its scope. Inner `Err` where a limit leaves no room. A new scene is recorded with
+/// the answer 202 in its own transaction.
 ///
 /// # Errors
 ///
@@ -106,12 +111,18 @@ pub(super) async fn enqueue_one(
     api: &TenantApi,
     submission: Submission,
     idempotency_key: Option<String>,
+    record: &RequestRecord,
 ) -> Result<Result<Enqueued, LimitReached>, Problem> {
     check_bytes(api).await?;
     let budget_usd = api.settings.usual_budget_usd;
     let schedule = submission.schedule(&api.app.config().queue);
     let new = submission.into_row(&api.store, api.tenant_id.clone(), budget_usd, idempotency_key).await?;
-    match api.store.submit_scheduled(new, schedule).await? {
+    let entry = record.take(StatusCode::ACCEPTED);
+    let outcome = api.store.submit_scheduled(new, schedule, entry.clone()).await;
+    if !matches!(outcome, Ok(SubmitOutcome::Created { .. })) {
+        record.give_back(entry);
+    }
+    match outcome? {
         SubmitOutcome::Created { scene_id, job_id, rows } => {
             metrics::counter!("tabletopgen_scenes_submitted_total").increment(1);
             spans::submitted(Some(&scene_id), &job_id);

@@ -44,7 +44,7 @@ pub async fn submit(
     api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Parameters(ExecutionParameters { format }): Parameters<ExecutionParameters>,
-    Delivery { idempotency_key, wait }: Delivery,
+    Delivery { idempotency_key, wait, .. }: Delivery,
     JsonBody { value: draft, memory: _memory }: JsonBody<ExecutionDraft>,
 ) -> Result<Response, Problem> {
     let order = draft.checked(format, api.settings.max_text_chars)?;

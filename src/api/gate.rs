@@ -63,6 +63,9 @@ async fn pass(State(gate): State<Gate>, request: Request, next: Next) -> Respons
     let recorded = gate.is_recorded.then(|| {
         gate.api.audit_trail.begin(gate.entry(&principal, address, subject), address.map(Into::into))
     });
+    if let Some(recorded) = &recorded {
+        parts.extensions.insert(recorded.record());
+    }
     parts.extensions.insert(principal);
     let response = next.run(Request::from_parts(parts, body)).await;
     if let Some(recorded) = recorded {

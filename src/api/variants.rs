@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::admission::overloaded;
+use super::audit_trail::RequestRecord;
 use super::edits::EditOptions;
 use super::enqueue::enqueue_one;
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
@@ -161,7 +162,9 @@ async fn enqueue_all(
     for (index, submission) in submissions.into_iter().enumerate() {
         let key = scoped(api, KeyScope::Variant(index), idempotency_key.as_deref());
         let seed = submission.request.seed;
-        match enqueue_one(api, submission.child_of(view.parent.clone()), key).await? {
+        match enqueue_one(api, submission.child_of(view.parent.clone()), key, &RequestRecord::default())
+            .await?
+        {
             Ok(enqueued) => {
                 let link = format!("/scenes/{}", enqueued.scene_id);
                 view.scenes.push(VariantView { id: enqueued.scene_id, seed, link });

@@ -34,12 +34,12 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let Arguments { since, tenant, json, place } = arguments;
     runtime()?.block_on(async {
-        let mut control = connect(&place).await?;
+        let mut operator = connect(&place).await?;
         let mut before_id = None;
         loop {
             let since_ms = since.map(jiff::Timestamp::as_millisecond);
             let filter = AuditFilter { since_ms, before_id: before_id.take(), limit: PAGE };
-            let rows = control.audit(tenant.as_ref(), filter).await.map_err(app::AppError::from)?;
+            let rows = operator.audit(tenant.as_ref(), filter).await.map_err(app::AppError::from)?;
             let lines: String = rows.iter().map(|row| line(row, json)).collect();
             terminal::print(&lines);
             if rows.len() < PAGE as usize {

@@ -12,9 +12,8 @@ use super::{Exit, Failure, runtime, terminal};
 use crate::app;
 use crate::schemas::values::Timestamp;
 use scene::{KeyId, TenantId};
-use store::keys::{
-    KeyControl, KeyFilter, KeyRow, MAX_LIFETIME_SECS, MIN_LIFETIME_SECS, NewKey, RevokeOutcome, is_name,
-};
+use store::Operator;
+use store::keys::{KeyFilter, KeyRow, MAX_LIFETIME_SECS, MIN_LIFETIME_SECS, NewKey, RevokeOutcome, is_name};
 use store::scopes::ScopeSet;
 
 /// Keys that are read together.
@@ -70,8 +69,8 @@ enum Action {
 }
 
 /// Connects to the database of keys and of the record of changes.
-pub(super) async fn connect(place: &Place) -> Result<KeyControl, Failure> {
-    Ok(app::key_control(&place.data_dir, &place.settings()?.config).await?)
+pub(super) async fn connect(place: &Place) -> Result<Operator, Failure> {
+    Ok(app::operator(&place.data_dir, &place.settings()?.config).await?)
 }
 
 /// Does it.
@@ -109,7 +108,7 @@ fn checked(
 }
 
 async fn create(new: NewKey, as_json: bool, place: &Place) -> Result<String, Failure> {
-    let (row, secret) = connect(place).await?.create(new).await.map_err(app::AppError::from)?;
+    let (row, secret) = connect(place).await?.create_key(new).await.map_err(app::AppError::from)?;
     if as_json {
         let mut document = as_document(&row);
         document["key"] = secret.expose().into();
@@ -123,11 +122,11 @@ async fn create(new: NewKey, as_json: bool, place: &Place) -> Result<String, Fai
 }
 
 async fn list(tenant: Option<TenantId>, as_json: bool, place: &Place) -> Result<String, Failure> {
-    let mut control = connect(place).await?;
+    let mut operator = connect(place).await?;
     let (mut rows, mut before_id): (Vec<KeyRow>, _) = (Vec::new(), None);
     loop {
         let filter = KeyFilter { before_id: before_id.take(), limit: PAGE };
-        let page = control.list(tenant.as_ref(), filter).await.map_err(app::AppError::from)?;
+        let page = operator.list_keys(tenant.as_ref(), filter).await.map_err(app::AppError::from)?;
         let is_last = page.len() < PAGE as usize;
         before_id = page.last().map(|row| row.id.clone());
         rows.extend(page);
@@ -143,7 +142,7 @@ async fn list(tenant: Option<TenantId>, as_json: bool, place: &Place) -> Result<
 }
 
 async fn revoke(id: &KeyId, place: &Place) -> Result<String, Failure> {
-    match connect(place).await?.revoke(id).await.map_err(app::AppError::from)? {
+    match connect(place).await?.revoke_key(id).await.map_err(app::AppError::from)? {
         RevokeOutcome::Revoked => Ok(format!("revoked: {id}\n")),
         RevokeOutcome::WasRevoked => Ok(format!("was revoked before: {id}\n")),
         RevokeOutcome::NotFound => Err(Failure::new(

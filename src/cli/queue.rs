@@ -50,13 +50,15 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     };
     let resolved = place.settings()?;
     let status = runtime()?.block_on(async {
-        let mut control = app::queue_control(&place.data_dir, &resolved.config).await?;
+        let mut operator = app::operator(&place.data_dir, &resolved.config).await?;
         match &arguments.action {
             Action::Status { .. } => {}
-            Action::Pause { reason, .. } => control.pause(reason).await.map_err(app::AppError::from)?,
-            Action::Resume { .. } => control.resume().await.map_err(app::AppError::from)?,
+            Action::Pause { reason, .. } => {
+                operator.pause_queue(reason).await.map_err(app::AppError::from)?
+            }
+            Action::Resume { .. } => operator.resume_queue().await.map_err(app::AppError::from)?,
         }
-        let status = control.status().await.map_err(app::AppError::from)?;
+        let status = operator.queue_status().await.map_err(app::AppError::from)?;
         Ok::<QueueStatus, Failure>(status)
     })?;
     terminal::print(&if as_json { format!("{:#}\n", json!(status)) } else { as_text(&status) });

@@ -10,7 +10,8 @@ use super::place::Place;
 use super::{Exit, Failure, number, runtime, terminal};
 use crate::app::{self, AppError};
 use scene::{MicroUsd, TenantId};
-use store::limits::{Limit, LimitChange, LimitsControl, TenantAccount};
+use store::Operator;
+use store::limits::{Limit, LimitChange, TenantAccount};
 
 /// Arguments of `tenants`.
 #[derive(Debug, Args)]
@@ -122,11 +123,11 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     };
     let resolved = place.settings()?;
     let accounts = runtime()?.block_on(async {
-        let mut control = app::limits_control(&place.data_dir, &resolved.config).await?;
+        let mut operator = app::operator(&place.data_dir, &resolved.config).await?;
         if let Some(tenant) = tenant.as_ref().filter(|_| !changes.is_empty()) {
-            control.set(tenant, &changes).await.map_err(AppError::from)?;
+            operator.set_limits(tenant, &changes).await.map_err(AppError::from)?;
         }
-        let accounts = accounts(&mut control, tenant).await.map_err(AppError::from)?;
+        let accounts = accounts(&mut operator, tenant).await.map_err(AppError::from)?;
         Ok::<_, Failure>(accounts)
     })?;
     terminal::print(&if as_json { format!("{:#}\n", as_document(&accounts)) } else { as_text(&accounts) });
@@ -135,16 +136,16 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 /// The account of a tenant, or of all.
 async fn accounts(
-    control: &mut LimitsControl,
+    operator: &mut Operator,
     tenant: Option<TenantId>,
 ) -> Result<Vec<(TenantId, Vec<TenantAccount>)>, store::StoreError> {
     let tenants = match tenant {
         Some(tenant) => vec![tenant],
-        None => control.tenants().await?,
+        None => operator.tenants().await?,
     };
     let mut accounts = Vec::with_capacity(tenants.len());
     for tenant in tenants {
-        let account = control.account(&tenant).await?;
+        let account = operator.account_of(&tenant).await?;
         accounts.push((tenant, account));
     }
     Ok(accounts)

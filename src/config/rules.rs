@@ -4,6 +4,7 @@ use super::Config;
 use super::parts::Parts;
 use crate::api;
 use crate::api::authentication::Mode;
+use crate::api::cross_origin::is_origin;
 use ports::feature_extractor::FeatureAdapter;
 use remote::settings::{AnalystProvider, TransportMode};
 use store::BlobPlace;
@@ -223,6 +224,13 @@ fn authentication(server: &api::Settings, rule: &mut impl FnMut(&'static str, bo
         "server.public_url",
         url.is_empty() || host.is_some_and(|host| !host.is_empty() && !host.starts_with('/')),
         format!("{url:?} is no address such as https://scenes.example.org"),
+    );
+    let stray =
+        server.allowed_origins.split_whitespace().find(|origin| !is_origin(origin)).unwrap_or_default();
+    rule(
+        "server.allowed_origins",
+        stray.is_empty(),
+        format!("{stray:?} is no origin such as https://app.example.org or http://localhost:3000"),
     );
     let settings = &server.authentication;
     for (key, name) in [

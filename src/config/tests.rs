@@ -144,6 +144,7 @@ fn complaints_name_key_value_and_what_would_do() {
         ("export.date", "2026-1-31"),
         ("server.public_url", "scenes.example.org"),
         ("server.public_url", "https://"),
+        ("server.allowed_origins", "https://app.example.org https://other.example.org/"),
         ("server.authentication.proxy_user_header", "x user"),
         ("server.authentication.proxy_user_header", "x-user"),
         ("server.authentication.proxy_tenant_header", "x-tenant"),

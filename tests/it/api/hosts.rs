@@ -45,6 +45,37 @@ async fn a_request_names_a_host_of_this_server() {
 }
 
 #[tokio::test]
+async fn pages_of_allowed_origins_submit_and_read() {
+    const ALLOWED: &str = "https://app.example.org";
+    let set = [("server.allowed_origins", "http://localhost:3000 https://app.example.org")];
+    let server = Server::with(&Script::new(&[]), &set).await;
+    let preflight = |origin: &str| {
+        format!(
+            "OPTIONS /scenes HTTP/1.1\r\nhost: localhost\r\norigin: {origin}\r\naccess-control-request-method: POST\r\n\
+             access-control-request-headers: authorization,content-type\r\nconnection: close\r\n\r\n"
+        )
+    };
+    let granted = raw(&server, &preflight(ALLOWED)).await;
+    assert!(granted.starts_with("HTTP/1.1 200"), "{granted}");
+    assert!(granted.contains(&format!("access-control-allow-origin: {ALLOWED}\r\n")), "{granted}");
+    assert!(!granted.contains("access-control-allow-credentials"), "{granted}");
+    let denied = raw(&server, &preflight("https://evil.example")).await;
+    assert!(!denied.contains("access-control-allow-origin"), "{denied}");
+    let page = [("content-type", "application/json"), ("origin", ALLOWED), ("sec-fetch-site", "cross-site")];
+    // A page must be able to read refusals, too.
+    for (body, status) in [(r#"{"text":"a mug"}"#, 202), ("{}", 422)] {
+        let answer = server.call(Method::POST, "/scenes", &page, body).await;
+        assert_eq!(answer.status, status, "{body}");
+        assert_eq!(answer.header("access-control-allow-origin"), ALLOWED);
+    }
+    let twice = [("origin", ALLOWED), ("origin", "https://evil.example")];
+    for fields in [&[("origin", "https://evil.example")][..], &twice] {
+        let refused = server.call(Method::GET, "/scenes", fields, "").await;
+        assert_eq!(refused.problem(), (403, "cross_site_request".into()), "{fields:?}");
+    }
+}
+
+#[tokio::test]
 async fn pages_of_other_sites_change_nothing() {
     let server = Server::start(&Script::new(&[])).await;
     let body = r#"{"text":"a mug"}"#;

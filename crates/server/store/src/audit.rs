@@ -3,9 +3,10 @@
 
 use serde::Serialize;
 use sqlx::any::AnyRow;
-use sqlx::{AnyConnection, Row};
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use uuid::Uuid;
 
+use super::database::Dialect;
 use super::keys::KeyRow;
 use super::list_query::{ListQuery, Statement};
 use super::{Store, StoreError, database};
@@ -98,21 +99,21 @@ impl Store {
 }
 
 pub(super) async fn insert(connection: &mut AnyConnection, entry: &AuditEntry) -> Result<(), StoreError> {
-    let now = database::now_ms(connection).await?;
-    sqlx::query(
+    let now = Dialect::of(connection).now_ms();
+    let query = format!(
         "INSERT INTO audit (id, at, tenant_id, principal, address, action, subject, status)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
-    )
-    .bind(Uuid::now_v7().to_string())
-    .bind(now)
-    .bind(entry.tenant_id.as_str())
-    .bind(&entry.principal)
-    .bind(&entry.address)
-    .bind(&entry.action)
-    .bind(&entry.subject)
-    .bind(i64::from(entry.status))
-    .execute(connection)
-    .await?;
+         VALUES ($1, {now}, $2, $3, $4, $5, $6, $7)"
+    );
+    sqlx::query(AssertSqlSafe(query))
+        .bind(Uuid::now_v7().to_string())
+        .bind(entry.tenant_id.as_str())
+        .bind(&entry.principal)
+        .bind(&entry.address)
+        .bind(&entry.action)
+        .bind(&entry.subject)
+        .bind(i64::from(entry.status))
+        .execute(connection)
+        .await?;
     Ok(())
 }
 

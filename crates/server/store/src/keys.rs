@@ -3,8 +3,6 @@
 //! Whether a key has expired or is revoked is decided by the database's clock at every look-up, so that a revocation
 //! holds in every process from the next request on. The time of the last use is written at most once a minute.
 
-use std::path::Path;
-
 use serde::Serialize;
 use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, AssertSqlSafe, Connection, Row};
@@ -15,7 +13,7 @@ use super::database::Dialect;
 use super::list_query::ListQuery;
 use super::scopes::ScopeSet;
 use super::secret::Secret;
-use super::{Digest, Settings, Store, StoreError, database};
+use super::{Digest, Operator, Store, StoreError, database};
 use crate::boxed;
 use scene::{KeyId, TenantId};
 
@@ -183,25 +181,10 @@ pub(super) fn key_query(dialect: Dialect) -> String {
     format!("SELECT api_keys.*, NULL AS session_ends, {now} AS now FROM api_keys WHERE digest = $1")
 }
 
-/// The operator's connection to the keys, beside running processes: it takes no lock of the data directory.
-pub struct KeyControl {
-    connection: AnyConnection,
-}
-
-impl KeyControl {
-    /// Connects to the database of a data directory or of the settings, which must exist and be up to date.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::NoDatabase`] without a database in the directory, [`StoreError::Sql`] if it cannot be reached.
-    #[boxed]
-    pub async fn open(data_dir: &Path, settings: &Settings) -> Result<Self, StoreError> {
-        Ok(Self { connection: database::bystander(data_dir, settings).await? })
-    }
-
+impl Operator {
     /// Makes a key, and records that in the same transaction.
     #[boxed]
-    pub async fn create(&mut self, new: NewKey) -> Result<(KeyRow, Secret), StoreError> {
+    pub async fn create_key(&mut self, new: NewKey) -> Result<(KeyRow, Secret), StoreError> {
         let secret = Secret::new_key()?;
         let mut transaction = self.connection.begin().await?;
         let key = insert(&mut transaction, &new, &secret.digest()).await?;
@@ -212,7 +195,7 @@ impl KeyControl {
 
     /// Keys of a tenant or of all, newest first.
     #[boxed]
-    pub async fn list(
+    pub async fn list_keys(
         &mut self,
         tenant_id: Option<&TenantId>,
         filter: KeyFilter,
@@ -224,7 +207,7 @@ impl KeyControl {
 
     /// Revokes a key of any tenant, and records that in the same transaction.
     #[boxed]
-    pub async fn revoke(&mut self, id: &KeyId) -> Result<RevokeOutcome, StoreError> {
+    pub async fn revoke_key(&mut self, id: &KeyId) -> Result<RevokeOutcome, StoreError> {
         // A transaction of SQLite that reads before it writes fails where another process writes between.
         let key = find(&mut self.connection, id).await?;
         let mut transaction = self.connection.begin().await?;

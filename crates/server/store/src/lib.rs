@@ -64,6 +64,7 @@ pub mod rebuild;
 pub mod deletion;
 pub mod retention;
 pub mod backup;
+mod operator;
 #[cfg(all(test, feature = "postgres"))]
 mod tests;
 
@@ -79,6 +80,7 @@ use tokio::sync::watch;
 pub use blobs::Blobs;
 pub use digest::{Digest, DigestBuilder};
 pub use error::StoreError;
+pub use operator::Operator;
 pub use outage::Outage;
 pub use queue::Lease;
 use scene::TenantId;

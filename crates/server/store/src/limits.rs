@@ -21,7 +21,7 @@ use scene::{MicroUsd, TenantId};
 pub(crate) use admission::{Admission, waiting_work};
 #[cfg(test)]
 pub(crate) use exceptions::set;
-pub use exceptions::{LimitChange, LimitsControl, TenantAccount};
+pub use exceptions::{LimitChange, TenantAccount};
 pub(crate) use pace::take as take_pace;
 pub(crate) use spending::{Month, of_month, reached as spent};
 

@@ -12,8 +12,7 @@ mod claimed;
 mod turns;
 mod rescue;
 mod outcome;
-mod switch;
-pub mod control;
+pub(crate) mod switch;
 
 use std::time::Duration;
 

@@ -9,6 +9,7 @@ use sqlx::any::AnyRow;
 use sqlx::{AnyConnection, Row};
 use uuid::Uuid;
 
+use super::audit::{self, AuditEntry};
 use super::jobs::{JOINED_COLUMNS, JobRow, job_in};
 use super::limits::{Admission, LimitReached};
 use super::list_query::ListQuery;
@@ -101,25 +102,37 @@ impl Store {
     /// queue is.
     #[boxed]
     pub async fn submit(&self, new: NewScene) -> Result<SubmitOutcome, StoreError> {
-        self.enqueue(new, None).await
+        self.enqueue(new, None, None).await
     }
 
-    /// The same with a schedule, if the limits leave room.
+    /// The same with a schedule, if the limits leave room. A new scene is recorded by `entry`, in its transaction.
     #[boxed]
     pub async fn submit_scheduled(
         &self,
         new: NewScene,
         schedule: Schedule,
+        entry: Option<AuditEntry>,
     ) -> Result<SubmitOutcome, StoreError> {
-        self.enqueue(new, Some(schedule)).await
+        self.enqueue(new, Some(schedule), entry).await
     }
 
-    async fn enqueue(&self, new: NewScene, schedule: Option<Schedule>) -> Result<SubmitOutcome, StoreError> {
+    async fn enqueue(
+        &self,
+        new: NewScene,
+        schedule: Option<Schedule>,
+        entry: Option<AuditEntry>,
+    ) -> Result<SubmitOutcome, StoreError> {
         let admission = self.admission.clone();
         let submitted = self
             .writer
             .write("enqueue a scene", move |connection| {
-                Box::pin(async move { submit(connection, new, schedule, Some(&admission)).await })
+                Box::pin(async move {
+                    let outcome = submit(connection, new, schedule, Some(&admission)).await?;
+                    if let (SubmitOutcome::Created { .. }, Some(entry)) = (&outcome, &entry) {
+                        audit::insert(connection, entry).await?;
+                    }
+                    Ok(outcome)
+                })
             })
             .await?;
         self.announce();

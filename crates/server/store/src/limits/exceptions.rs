@@ -1,21 +1,13 @@
-//! The operator's connection to the limits of tenants, beside running processes: it shows them with what is used, and
-//! sets those of one tenant. A change counts in every process within a second, that of bytes within half a minute.
-
-use std::path::Path;
+//! Limits of tenants as the operator sees them: with what is used, and set for one tenant. A change counts in every process
+//! within a second, that of bytes within half a minute.
 
 use sqlx::{AnyConnection, AssertSqlSafe};
 
-use super::{Limit, LimitSettings, Month, TenantLimits, admission, of_month, of_tenant, pace};
+use super::{Limit, Month, TenantLimits, admission, of_month, of_tenant, pace};
 use crate::boxed;
 use crate::retention::usage;
-use crate::{Settings, StoreError, batches, database};
+use crate::{Operator, StoreError, batches, database};
 use scene::TenantId;
-
-/// A connection that shows and sets limits.
-pub struct LimitsControl {
-    connection: AnyConnection,
-    settings: LimitSettings,
-}
 
 /// A new value of a limit of one tenant; `None` = that of the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,17 +27,7 @@ pub struct TenantAccount {
     pub used: i64,
 }
 
-impl LimitsControl {
-    /// Connects to the database of a data directory or of the settings, which must exist and be up to date.
-    ///
-    /// # Errors
-    ///
-    /// [`StoreError::DataDir`] without a database in the directory, [`StoreError::Sql`] if it cannot be reached.
-    #[boxed]
-    pub async fn open(data_dir: &Path, settings: &Settings) -> Result<Self, StoreError> {
-        Ok(Self { connection: database::bystander(data_dir, settings).await?, settings: settings.limits })
-    }
-
+impl Operator {
     /// Tenants that have scenes, batches or limits of their own, by name.
     #[boxed]
     pub async fn tenants(&mut self) -> Result<Vec<TenantId>, StoreError> {
@@ -76,10 +58,10 @@ impl LimitsControl {
 
     /// The limits of a tenant, and what is used of each. Bytes are added up, which takes a while where there are many.
     #[boxed]
-    pub async fn account(&mut self, tenant_id: &TenantId) -> Result<Vec<TenantAccount>, StoreError> {
+    pub async fn account_of(&mut self, tenant_id: &TenantId) -> Result<Vec<TenantAccount>, StoreError> {
         let connection = &mut self.connection;
-        let limits = of_tenant(connection, &self.settings, tenant_id).await?;
-        let usual = TenantLimits::new(&self.settings, None)?;
+        let limits = of_tenant(connection, &self.limits, tenant_id).await?;
+        let usual = TenantLimits::new(&self.limits, None)?;
         let now = database::now_ms(connection).await?;
         let month = Month::now(connection).await?;
         let running: i64 = sqlx::query_scalar(
@@ -108,7 +90,11 @@ impl LimitsControl {
 
     /// Sets limits of a tenant.
     #[boxed]
-    pub async fn set(&mut self, tenant_id: &TenantId, changes: &[LimitChange]) -> Result<(), StoreError> {
+    pub async fn set_limits(
+        &mut self,
+        tenant_id: &TenantId,
+        changes: &[LimitChange],
+    ) -> Result<(), StoreError> {
         set(&mut self.connection, tenant_id, changes).await
     }
 }

@@ -124,7 +124,7 @@ async fn without_intent_to_create_a_missing_database_is_an_error_and_stays_missi
     assert!(matches!(missing, StoreError::NoDatabase { .. }), "{message}");
     assert!(message.contains("daat") && message.contains("tabletopgen.sqlite"), "{message}");
     assert!(!mistyped.exists(), "nothing is created");
-    let beside = queue::control::QueueControl::open(&mistyped, &sqlite).await.err().expect("is refused");
+    let beside = crate::Operator::open(&mistyped, &sqlite).await.err().expect("is refused");
     assert!(matches!(beside, StoreError::NoDatabase { .. }), "{beside}");
 
     let url = test_postgres::database().await;

@@ -47,7 +47,7 @@ async fn submit(store: &Store, tenant_id: &TenantId, kind: Kind, number: usize) 
     match kind {
         Kind::Scene => {
             let new = NewScene { tenant_id, ..new_scene() };
-            match store.submit_scheduled(new, usual()).await.expect("answers") {
+            match store.submit_scheduled(new, usual(), None).await.expect("answers") {
                 SubmitOutcome::Created { .. } => None,
                 SubmitOutcome::Refused(reached) => Some(reached),
                 other => panic!("{other:?}"),
@@ -202,7 +202,7 @@ pub(super) async fn spending_of_a_month_stays_within_its_limit_and_outlives_the_
     let mut leases = Vec::new();
     for _ in 0..2 {
         let new = NewScene { tenant_id: own.clone(), ..new_scene() };
-        store.submit_scheduled(new, usual()).await.expect("submits");
+        store.submit_scheduled(new, usual(), None).await.expect("submits");
         leases.push(claimed(store, "worker").await.lease);
     }
     let calls: Vec<_> = (0..20)
@@ -401,15 +401,14 @@ async fn limits_are_shown_with_what_is_used_beside_a_running_process() {
         assert_eq!(submit(&store, &own, Kind::Scene, 0).await, None);
         assert_eq!(submit(&store, &own, Kind::Recording, 0).await, None);
         claimed(&store, "worker").await;
-        let mut control =
-            crate::limits::LimitsControl::open(directory.path(), &settings).await.expect("opens");
+        let mut operator = crate::Operator::open(directory.path(), &settings).await.expect("opens");
         let changes = [
             LimitChange { limit: Limit::RunningJobs, value: Some(1) },
             LimitChange { limit: Limit::UsdPerMonth, value: Some(2_000_000) },
         ];
-        control.set(&own, &changes).await.expect("sets");
-        assert_eq!(control.tenants().await.expect("reads"), std::slice::from_ref(&own));
-        let accounts = control.account(&own).await.expect("reads");
+        operator.set_limits(&own, &changes).await.expect("sets");
+        assert_eq!(operator.tenants().await.expect("reads"), std::slice::from_ref(&own));
+        let accounts = operator.account_of(&own).await.expect("reads");
         let facts: Vec<(Limit, i64, bool, i64)> = accounts
             .iter()
             .map(|account| (account.limit, account.max, account.is_exception, account.used))
@@ -424,8 +423,8 @@ async fn limits_are_shown_with_what_is_used_beside_a_running_process() {
         ];
         assert_eq!(facts, expected);
         let back = LimitChange { limit: Limit::RunningJobs, value: None };
-        control.set(&own, &[back]).await.expect("sets");
-        assert!(!control.account(&own).await.expect("reads")[2].is_exception);
+        operator.set_limits(&own, &[back]).await.expect("sets");
+        assert!(!operator.account_of(&own).await.expect("reads")[2].is_exception);
         drop((store, control));
     }
 }

@@ -13,7 +13,7 @@ pub(super) fn usual() -> Schedule {
 
 async fn submit(store: &Store, tenant_id: &TenantId, schedule: Schedule) -> JobId {
     let new = NewScene { tenant_id: tenant_id.clone(), ..new_scene() };
-    match store.submit_scheduled(new, schedule).await.expect("submits") {
+    match store.submit_scheduled(new, schedule, None).await.expect("submits") {
         SubmitOutcome::Created { job_id, .. } => job_id,
         other => panic!("{other:?}"),
     }
@@ -171,7 +171,7 @@ pub(super) async fn a_full_queue_refuses_new_jobs_and_keeps_the_promise_of_keys(
         let new = NewScene { tenant_id: tenant_id.clone(), idempotency, ..new_scene() };
         let mut schedule = usual();
         schedule.queue.max_jobs = 3;
-        store.submit_scheduled(new, schedule).await.expect("answers")
+        store.submit_scheduled(new, schedule, None).await.expect("answers")
     };
     let [a, b] = tenants();
     let created = submit(&a, Some("key")).await;

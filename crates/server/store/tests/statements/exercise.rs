@@ -59,7 +59,7 @@ fn new_scene(parent_id: Option<SceneId>, key: Option<&str>) -> NewScene {
 
 async fn submitted(store: &Store, new: NewScene) -> (SceneId, JobId) {
     let schedule = Schedule::usual(test_settings::section("queue"));
-    match store.submit_scheduled(new, schedule).await.unwrap() {
+    match store.submit_scheduled(new, schedule, None).await.unwrap() {
         SubmitOutcome::Created { scene_id, job_id, rows } => {
             store.outlook_of_new(&DEFAULT_TENANT, &rows).await.unwrap();
             (scene_id, job_id)
@@ -133,7 +133,7 @@ async fn jobs(store: &Store) -> (SceneId, JobId) {
     store.finish(&claim.lease, built(false)).await.unwrap();
     store.ancestors(&DEFAULT_TENANT, &child, 9).await.unwrap();
     let late = Schedule { deadline_ms: Some(1), ..Schedule::usual(test_settings::section("queue")) };
-    store.submit_scheduled(new_scene(None, None), late).await.unwrap();
+    store.submit_scheduled(new_scene(None, None), late, None).await.unwrap();
     store.rescue(9).await.unwrap();
     store.expire_leases_of_others("heir").await.unwrap();
     (scene, job)
