@@ -8,7 +8,6 @@ use std::path::Path;
 use sqlx::AnyConnection;
 
 use super::limits::LimitSettings;
-use super::queue::switch::{QueueStatus, set_paused, status};
 use super::{Settings, StoreError, database};
 use crate::boxed;
 
@@ -28,23 +27,5 @@ impl Operator {
     #[boxed]
     pub async fn open(data_dir: &Path, settings: &Settings) -> Result<Self, StoreError> {
         Ok(Self { connection: database::bystander(data_dir, settings).await?, limits: settings.limits })
-    }
-
-    /// Lets every worker finish the jobs that it holds, and claim no others. Workers notice within `worker.poll_ms`.
-    #[boxed]
-    pub async fn pause_queue(&mut self, reason: &str) -> Result<(), StoreError> {
-        set_paused(&mut self.connection, true, reason).await
-    }
-
-    /// Lets workers claim jobs again.
-    #[boxed]
-    pub async fn resume_queue(&mut self) -> Result<(), StoreError> {
-        set_paused(&mut self.connection, false, "").await
-    }
-
-    /// The state of the queue.
-    #[boxed]
-    pub async fn queue_status(&mut self) -> Result<QueueStatus, StoreError> {
-        status(&mut self.connection).await
     }
 }

@@ -12,7 +12,7 @@ mod claimed;
 mod turns;
 mod rescue;
 mod outcome;
-pub(crate) mod switch;
+mod switch;
 
 use std::time::Duration;
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::turns;
-use crate::{StoreError, database};
+use crate::{Operator, StoreError, boxed, database};
 
 /// State of the queue, for operators.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -49,6 +49,26 @@ pub struct Pause {
     pub reason: String,
     /// Milliseconds since 1970.
     pub since_ms: i64,
+}
+
+impl Operator {
+    /// Lets every worker finish the jobs that it holds, and claim no others. Workers notice within `worker.poll_ms`.
+    #[boxed]
+    pub async fn pause_queue(&mut self, reason: &str) -> Result<(), StoreError> {
+        set_paused(&mut self.connection, true, reason).await
+    }
+
+    /// Lets workers claim jobs again.
+    #[boxed]
+    pub async fn resume_queue(&mut self) -> Result<(), StoreError> {
+        set_paused(&mut self.connection, false, "").await
+    }
+
+    /// The state of the queue.
+    #[boxed]
+    pub async fn queue_status(&mut self) -> Result<QueueStatus, StoreError> {
+        status(&mut self.connection).await
+    }
 }
 
 /// Pauses or resumes claiming.

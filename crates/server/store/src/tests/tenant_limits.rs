@@ -425,6 +425,6 @@ async fn limits_are_shown_with_what_is_used_beside_a_running_process() {
         let back = LimitChange { limit: Limit::RunningJobs, value: None };
         operator.set_limits(&own, &[back]).await.expect("sets");
         assert!(!operator.account_of(&own).await.expect("reads")[2].is_exception);
-        drop((store, control));
+        drop((store, operator));
     }
 }
