@@ -53,7 +53,7 @@ async fn until(server: &Server, id: &str, what: &str, holds: impl Fn(&Value) -> 
             tokio::time::sleep(Duration::from_millis(10)).await;
         }
     };
-    let reached = tokio::time::timeout(Duration::from_secs(60), reached).await;
+    let reached = tokio::time::timeout(Duration::from_secs(240), reached).await;
     match reached {
         Ok(batch) => batch,
         Err(_) => panic!("the batch never was {what}: {}", batch(server, id).await),
