@@ -4,6 +4,7 @@ use axum::http::{StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 
 use super::body::ENCODED_BODY;
+use super::told_path::told_path;
 use crate::problem::{Problem, ProblemType};
 use store::{Outage, StoreError};
 
@@ -65,7 +66,7 @@ impl From<StoreError> for Problem {
 
 /// Fallback for unknown paths.
 pub async fn no_such_route(uri: Uri) -> Problem {
-    let path: String = uri.path().chars().take(80).collect();
+    let path: String = told_path(uri.path()).chars().take(80).collect();
     Problem::new(
         ProblemType::NotFound,
         "no_such_route",

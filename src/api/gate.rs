@@ -17,6 +17,7 @@ use super::access::Access;
 use super::contract::route::Route;
 use super::principal::{Principal, Refused, resolve};
 use super::serve::connection::Connection;
+use super::told_path::told_path;
 use crate::problem::Problem;
 use store::audit::AuditEntry;
 
@@ -47,7 +48,7 @@ async fn pass(State(gate): State<Gate>, request: Request, next: Next) -> Respons
     let (mut parts, body) = request.into_parts();
     let peer = parts.extensions.get::<Arc<Connection>>().map(|connection| connection.peer);
     let address = peer.map(|peer| gate.api.proxies.client_ip(peer, &parts.headers));
-    let subject = parts.uri.path().to_owned();
+    let subject = told_path(parts.uri.path()).into_owned();
     let principal = match resolve(&gate.api, &parts.headers, peer).await {
         Ok(principal) => principal,
         Err(refused) => return gate.refuse(refused, address, subject).await,

@@ -14,6 +14,7 @@ use tracing::{Instrument, Span};
 use uuid::Uuid;
 
 use super::Api;
+use super::told_path::told_path;
 use crate::problem::{Problem, ProblemType};
 use crate::spans;
 
@@ -44,7 +45,8 @@ async fn answer(request: Request, next: Next) -> Response {
     let id = given.map_or_else(|| Uuid::now_v7().to_string(), str::to_owned);
     let started = Instant::now();
     let trace_parent = request.headers().get("traceparent").and_then(|value| value.to_str().ok());
-    let span = spans::request(&id, request.method().as_str(), request.uri().path(), trace_parent);
+    let path = told_path(request.uri().path());
+    let span = spans::request(&id, request.method().as_str(), &path, trace_parent);
     let route = request.extensions().get::<MatchedPath>().cloned();
     let mut response = next.run(request).instrument(span.clone()).await;
     log_access(&span, route.as_ref(), response.status(), started);

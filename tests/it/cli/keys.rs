@@ -188,6 +188,30 @@ fn keys_are_made_and_revoked_beside_a_server_whose_log_has_no_secret() {
 }
 
 #[test]
+fn a_key_in_a_path_is_in_neither_log_nor_record() {
+    let home = tempfile::tempdir().unwrap();
+    let home = home.path();
+    printed(home, &["migrate", "--create"]);
+    let made = json_of(home, &["keys", "create", "--name", "me", "--scopes", "read,admin", "--json"]);
+    let key = made["key"].as_str().unwrap();
+    let serving = Serving::start(home);
+    let authorization = format!("authorization: Bearer {key}\r\n");
+    for (method, header) in [("DELETE", authorization.as_str()), ("DELETE", ""), ("GET", &authorization)] {
+        for path in [format!("/keys/{key}"), format!("/{key}"), format!("/scenes/{key}/bundle")] {
+            let refused = serving.call(method, &path, header, "");
+            assert!((400..500).contains(&status(&refused)), "{refused}");
+            assert!(!refused.contains(key), "{refused}");
+        }
+    }
+    let audit = printed(home, &["audit", "--json"]);
+    assert!(audit.contains(r#"/keys/tt_..."#), "{audit}");
+    drop(serving);
+    let log = std::fs::read_to_string(home.join("log")).unwrap();
+    assert!(log.contains("/keys/tt_..."), "{log}");
+    assert!(!audit.contains(key) && !log.contains(key), "{audit}{log}");
+}
+
+#[test]
 fn what_will_not_do_is_said() {
     let home = tempfile::tempdir().unwrap();
     printed(home.path(), &["migrate", "--create"]);
