@@ -3,16 +3,19 @@
     PYTHONPATH=python python3 -m tabletopgen_checks.documents [--target-dir target] [--program target/debug/tabletopgen]
 
 A fence that begins with ```sh or ```python runs; `sh exit=1` ends with that code. A fence ```output holds the whole
-output of the fence before; a line `...` in it stands for any lines. Documents of a group run one after the other in one
-shell and one folder, so that a later one may use the scenes and variables of an earlier one. `localhost:8080` is the
-server.
+output of the fence before; a line `...` in it stands for any lines. A fence ```toml file=NAME is that file, and ```nginx
+the configuration of a proxy in front of a server. Documents of a group run one after the other in one shell and one
+folder, so that a later one may use the scenes and variables of an earlier one. `localhost:8080` is the server;
+other ports of PORTS are free ones, and what still runs at the end is ended.
 
 A fence of commands without a language is listed in LEFT_OUT with the reason why it does not run.
 """
 
 import argparse
+import contextlib
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -22,6 +25,8 @@ from pathlib import Path
 
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import ROOT
+from tabletopgen_checks.service.login_proxy import LoginProxy
+from tabletopgen_checks.service.postgres import free_port
 from tabletopgen_checks.service.server import Server
 
 GROUPS = [
@@ -51,8 +56,6 @@ LEFT_OUT = {
         "wants the package webdataset; the bar `batches` streams shards with it",
     ("docs/operations.md", "tabletopgen serve --listen 127.0.0.1:8080 --data-dir data --config server.toml"):
         "does not end; every other fence uses such a server",
-    ("docs/operations.md", "tabletopgen migrate --create --data-dir data"):
-        "listens for other machines and does not end; tests/it/cli/keys.rs and tests/it/api/access.rs make and use keys",
     ("docs/operations.md", 'pg_dump --format=custom --file=tabletopgen.dump "$URL"      # first: every row has its blob'):
         "wants PostgreSQL and a bucket",
 }
@@ -60,6 +63,9 @@ LEFT_OUT = {
 COMMAND = re.compile(
     r"(\$ )?([A-Z_]+=\S* )*(tabletopgen|target/release/|curl|make|cargo|python3?|pip|docker|kubectl|psql|pg_dump|aws|npx?)\b"
 )
+# Ports of servers that commands of the documents start, and that of the proxy.
+PROXY_PORT = "4180"
+PORTS = ("8090", "8091", PROXY_PORT)
 # A fence that takes longer hangs.
 SECONDS = 300
 
@@ -165,31 +171,52 @@ def run(every: list, program: Path, work: Path) -> float:
     (home / "docs").symlink_to(ROOT / "docs")
     # An answer that is an error ends a command; as they are printed they show it.
     (work / ".curlrc").write_text("fail-with-body\n", encoding="utf-8")
-    with Server(program, home / "data", work / "log") as server:
-        words = script(every, outputs).replace("localhost:8080", f"127.0.0.1:{server.port}")
+    with Server(program, home / "data", work / "log") as server, contextlib.ExitStack() as stack:
+        ports = {"localhost:8080": f"127.0.0.1:{server.port}"} | {f":{port}": f":{free_port()}" for port in PORTS}
+        words = script(every, outputs)
+        for fence in every:
+            if found := re.fullmatch(r"file=([\w.]+)", fence.options):
+                (home / found[1]).write_text(replaced(f"{fence.text}\n", ports), encoding="utf-8")
+            if fence.language == "nginx":
+                stack.enter_context(LoginProxy(replaced(fence.text, ports), int(ports[f":{PROXY_PORT}"][1:])))
         for path in outputs.glob("*.py"):
-            text = path.read_text(encoding="utf-8")
-            path.write_text(text.replace("localhost:8080", f"127.0.0.1:{server.port}"), encoding="utf-8")
+            path.write_text(replaced(path.read_text(encoding="utf-8"), ports), encoding="utf-8")
         environment = dict(os.environ, PATH=f"{home / 'bin'}:{os.environ['PATH']}", CURL_HOME=str(work))
         before = os.times()
-        try:
-            done = subprocess.run(
-                ["bash", "-c", words], cwd=home, env=environment, stdin=subprocess.DEVNULL, timeout=SECONDS * 4
-            )
-        except subprocess.TimeoutExpired:
-            raise Problem(f"{every[int((outputs / 'begun').read_text())].place} takes too long") from None
+        code = run_shell(replaced(words, ports), home, environment)
+        if code is None:
+            raise Problem(f"{every[int((outputs / 'begun').read_text())].place} takes too long")
         after = os.times()
     begun = (outputs / "begun").read_text().strip()
     if begun != "end":
         fence = every[int(begun)]
         said = "".join((outputs / f"{begun}.{kind}").read_text(encoding="utf-8") for kind in ("out", "err"))
-        raise Problem(f"{fence.place} ended with exit code {done.returncode}: {fence.text}\n{said[-2000:]}")
+        raise Problem(f"{fence.place} ended with exit code {code}: {fence.text}\n{said[-2000:]}")
     for number, fence in enumerate(every):
         if fence.language == "output":
             found = (outputs / f"{number - 1}.out").read_text(encoding="utf-8")
             if not same(fence.text, found):
                 raise Problem(f"{fence.place} prints another output than there is:\n{found}")
     return after.children_user + after.children_system - before.children_user - before.children_system
+
+
+def replaced(text: str, ports: dict) -> str:
+    for printed, port in ports.items():
+        text = text.replace(printed, port)
+    return text
+
+
+def run_shell(words: str, home: Path, environment: dict):
+    """The exit code of a script; None where it takes too long. What it left running is ended."""
+    process = subprocess.Popen(["bash", "-c", words], cwd=home, env=environment, stdin=subprocess.DEVNULL, start_new_session=True)
+    try:
+        return process.wait(SECONDS * 4)
+    except subprocess.TimeoutExpired:
+        return None
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
 def check(program: Path, groups: list) -> str:
