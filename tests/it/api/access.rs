@@ -141,6 +141,11 @@ fn path_of(operation: &Operation, ids: &BTreeMap<&'static str, String>) -> Strin
     path.join("/")
 }
 
+/// Tells `make bars BARS=tenants` how many requests were refused as they should be; they changed nothing.
+fn tell(requests: &str, refused: usize, operations: usize) {
+    eprintln!("matrix: {requests}: {refused} requests of {operations} operations, 0 changes");
+}
+
 /// All that the tenant has, as its lists say; times of the last use of keys apart.
 async fn state(server: &Server, authorization: &str) -> Value {
     let mut state = json!({});
@@ -180,24 +185,28 @@ async fn no_operation_opens_to_a_wrong_credential() {
     assert!(operations.len() > 50, "{}", operations.len());
 
     let wrong = "Bearer tt_AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA";
-    let credentials: [(&[(&str, &str)], &str); 7] = [
-        (&[], "credential_missing"),
-        (&[("authorization", wrong)], "credential_invalid"),
-        (&[("authorization", "Bearer sk-of-somebody-else")], "credential_invalid"),
-        (&[("authorization", "Basic dXNlcjpwYXNz")], "credential_invalid"),
-        (&[("authorization", &expired)], "credential_expired"),
-        (&[("authorization", &revoked)], "credential_revoked"),
-        (&[("cookie", "tt_session=AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA")], "credential_invalid"),
+    let no_session = "tt_session=AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA";
+    let credentials: [(&[(&str, &str)], &str, &str); 7] = [
+        (&[], "credential_missing", "without a key"),
+        (&[("authorization", wrong)], "credential_invalid", "with a wrong key"),
+        (&[("authorization", "Bearer sk-of-somebody-else")], "credential_invalid", "with a foreign key"),
+        (&[("authorization", "Basic dXNlcjpwYXNz")], "credential_invalid", "with a password"),
+        (&[("authorization", &expired)], "credential_expired", "with an expired key"),
+        (&[("authorization", &revoked)], "credential_revoked", "with a revoked key"),
+        (&[("cookie", no_session)], "credential_invalid", "with a wrong cookie"),
     ];
-    for (headers, code) in credentials {
+    let closed = operations.iter().filter(|operation| operation.scope.is_some()).count();
+    for (headers, code, name) in credentials {
         for operation in operations.iter().filter(|operation| operation.scope.is_some()) {
             let refused = call(&server, operation, &ids, headers).await;
             assert_eq!(refused.problem(), (401, code.into()), "{} with {headers:?}", operation.id);
             assert_eq!(refused.header("www-authenticate"), "Bearer");
         }
         assert_eq!(state(&server, &owner).await, before, "after {headers:?}");
+        tell(name, closed, closed);
     }
 
+    let mut lacked = 0;
     for scope in Scope::ALL {
         let others: ScopeSet = Scope::ALL.into_iter().filter(|other| *other != scope).collect();
         let (lacking, _) = key(&server, "other", others, None).await;
@@ -206,8 +215,11 @@ async fn no_operation_opens_to_a_wrong_credential() {
             assert_eq!(refused.problem(), (403, "scope_missing".into()), "{} without {scope}", operation.id);
             let detail = refused.json()["detail"].as_str().unwrap().to_owned();
             assert!(detail.contains(&format!("the scope {scope}")), "{detail}");
+            lacked += 1;
         }
     }
+    assert_eq!(state(&server, &owner).await, before);
+    tell("without the scope", lacked, lacked);
 
     let foreign = [("authorization", owner.as_str()), ("sec-fetch-site", "cross-site")];
     for operation in &operations {
@@ -215,6 +227,7 @@ async fn no_operation_opens_to_a_wrong_credential() {
         assert_eq!(refused.problem(), (403, "cross_site_request".into()), "{}", operation.id);
     }
     assert_eq!(state(&server, &owner).await, before);
+    tell("of a page of another site", operations.len(), operations.len());
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -238,6 +251,7 @@ async fn what_belongs_to_another_tenant_is_not_there() {
     }
     assert!(count > 30, "{count}");
     assert_eq!(state(&server, &owner).await, before);
+    tell("about what another tenant has", 2 * count, count);
     let theirs = state(&server, &other).await;
     for (list, rows) in [("/scenes", "scenes"), ("/jobs", "jobs"), ("/batches", "batches")] {
         assert_eq!(theirs[list][rows], json!([]), "{list}");
