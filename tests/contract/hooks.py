@@ -7,8 +7,8 @@ something that any scene permits; robots are known ones; few tasks are rehearsed
 its splits share all of it; episodes are few, of one task in words, and seen by usual cameras or by one that is placed
 well, points, depths and masks with a camera alone; a sample is of one combination; times are soon; a number such as 7.0
 is 7; an idempotency key is used once. Every other request about a scene is about one that is finished
-(CONTRACT_SCENE_ID), as the fuzzer does not wait for its own. Everything else is as the fuzzer draws it from
-openapi.yaml, and requests that are meant to be refused are left alone.
+(CONTRACT_SCENE_ID), as the fuzzer does not wait for its own. The key of all requests (CONTRACT_KEY_ID) is not revoked.
+Everything else is as the fuzzer draws it from openapi.yaml, and requests that are meant to be refused are left alone.
 """
 
 import base64
@@ -17,6 +17,7 @@ import itertools
 import os
 import re
 import struct
+import uuid
 import zlib
 
 import schemathesis
@@ -41,6 +42,7 @@ REHEARSED_ONE_IN = 10
 MAX_REHEARSED = 2
 MAX_SEEDS = 10
 LARGEST_FIRST_SEED = 2**52
+REVOKE = "DELETE /keys/{key_id}"
 SLOT = r"\{([^{}\s]+)\}"
 count = itertools.count()
 
@@ -61,6 +63,8 @@ IMAGES = [png(160, 160, 80), png(200, 160, 160)]
 @schemathesis.hook
 def before_call(context, case, kwargs):
     replace(case)
+    if case.operation.label == REVOKE and case.path_parameters.get("key_id") == os.environ.get("CONTRACT_KEY_ID"):
+        case.path_parameters["key_id"] = str(uuid.uuid4())
     # Else a body with a file would count as one that is meant to be refused once it is replaced, as files are no JSON.
     case._sync_validated_hashes()
 

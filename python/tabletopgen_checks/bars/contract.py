@@ -20,6 +20,7 @@ import threading
 import time
 from collections import Counter
 from pathlib import Path
+from typing import NamedTuple
 
 from tabletopgen_checks.bars.page import arguments, table, write
 from tabletopgen_checks.bars.run import run
@@ -41,6 +42,7 @@ SCENE = "a mug and a book"
 QUICK = ("server.max_wait_secs=1", "server.max_event_stream_secs=1", "store.fsync=false")
 # A page of results wants at least so many examples an operation.
 FULL_EXAMPLES = 100
+MISMATCH_COLUMNS = ["code", "mismatch", "times", "operations"]
 
 
 def main() -> bool:
@@ -139,6 +141,9 @@ def fuzz(python: Path, folder: Path, server: Server, images, scene: str, example
     options += ["--max-examples", examples, "--seed", seed, "--report", "json,ndjson"]
     options += ["--report-json-path", folder / "report.json", "--report-ndjson-path", folder / "report.ndjson"]
     around = environment_of(python)
+    if server.key:
+        options += ["--header", f"authorization: Bearer {server.key}"]
+        around["CONTRACT_KEY_ID"] = server.json("GET", "/session")["principal"].removeprefix("key:")
     around |= {"SCHEMATHESIS_HOOKS": str(CONTRACT / "hooks.py"), "CONTRACT_IMAGE_URL": images.url}
     around["CONTRACT_SCENE_ID"] = scene
     began = time.monotonic()
@@ -201,6 +206,25 @@ class ImageServer:
         self.server.shutdown()
 
 
+class Summary(NamedTuple):
+    """What a report counts over all operations."""
+
+    sent: int
+    accepted: int
+    server_errors: int
+    # A row for each kind of mismatch, by MISMATCH_COLUMNS, and how many there were.
+    mismatches: list
+    count: int
+
+
+def summary(report: dict) -> Summary:
+    totals = sum(report["answers"].values(), Counter())
+    found = [[f["code"], f["title"], f["count"], ", ".join(f["operations"])] for f in report["failures"]]
+    found += [[e.get("type", "error"), str(e.get("title", e))[:100], 1, ""] for e in report["errors"]]
+    accepted, errors = (sum(n for (_, digit), n in totals.items() if digit == wanted) for wanted in (2, 5))
+    return Summary(totals.total(), accepted, errors, found, sum(row[2] for row in found))
+
+
 def page(report: dict, client: dict, typescript: str, given) -> str:
     declared = {name: counts for name, counts in report["answers"].items() if name in operations()}
     rows = []
@@ -210,18 +234,15 @@ def page(report: dict, client: dict, typescript: str, given) -> str:
         refused = [sum(n for key, n in counts.items() if key == (False, digit)) for digit in (2, 4)]
         errors = sum(n for (_, digit), n in counts.items() if digit in (0, 5))
         rows.append([name, sum(counts.values()), *accepted, *refused, errors])
-    sent = sum(sum(counts.values()) for counts in report["answers"].values())
-    server_errors = sum(n for counts in report["answers"].values() for (_, digit), n in counts.items() if digit == 5)
-    found = [[f["code"], f["title"], f["count"], ", ".join(f["operations"])] for f in report["failures"]]
-    found += [[e.get("type", "error"), str(e.get("title", e))[:100], 1, ""] for e in report["errors"]]
+    found = summary(report)
     columns = ["operation", "requests", "valid: 2xx", "3xx", "4xx", "invalid: 2xx", "4xx", "5xx or none"]
     text, image = client["text"], client["image as a file"]
     return (
         f"Schemathesis {report['schemathesis_version']}, all its checks, {given.examples} examples an operation, seed "
-        f"{report['seed']}: {sent} requests in {report['seconds']:.0f} s, {server_errors} server errors, "
-        f"{sum(row[2] for row in found)} mismatches. `5xx or none` counts server errors and requests without an answer.\n\n"
+        f"{report['seed']}: {found.sent} requests in {report['seconds']:.0f} s, {found.server_errors} server errors, "
+        f"{found.count} mismatches. `5xx or none` counts server errors and requests without an answer.\n\n"
         + table(columns, rows)
-        + ("\n\n" + table(["code", "mismatch", "times", "operations"], found) if found else "")
+        + ("\n\n" + table(MISMATCH_COLUMNS, found.mismatches) if found.mismatches else "")
         + "\n\nValid requests are answered with 4xx where the scene or the job is not there, is deleted (410) or in another "
         "state (409), or the range is outside the file (416). Invalid requests are answered with 2xx where the value becomes a "
         "valid one on its way, such as a number as text. `tests/contract/hooks.py` replaces what no schema can express in "

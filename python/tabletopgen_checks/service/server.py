@@ -3,6 +3,7 @@
 Server is a context manager: the process is gone when the block ends, however it ends.
 """
 
+import copy
 import http.client
 import json
 import os
@@ -38,6 +39,8 @@ class Server:
         self.process: subprocess.Popen | None = None
         # 0 until it says where it listens.
         self.port = 0
+        # The API key that requests state; none where it is empty.
+        self.key = ""
 
     def __enter__(self):
         self.start()
@@ -139,6 +142,16 @@ class Server:
     def resume(self):
         os.kill(self.pid, signal.SIGCONT)
 
+    def as_client(self, key: str) -> "Server":
+        """The process, which runs, as one asks it who has this API key."""
+        client = copy.copy(self)
+        client.key = key
+        return client
+
+    def credential(self) -> dict:
+        """The header that states the key."""
+        return {"authorization": f"Bearer {self.key}"} if self.key else {}
+
     def words(self) -> str:
         """The end of its log."""
         return end_of_log(self.log, "the server")
@@ -160,7 +173,7 @@ class Server:
         """(status, headers, bytes)."""
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout)
         try:
-            connection.request(method, path, body=body, headers=headers or {})
+            connection.request(method, path, body=body, headers={**self.credential(), **(headers or {})})
             response = connection.getresponse()
             return response.status, response.headers, response.read()
         except (OSError, http.client.HTTPException) as error:
@@ -217,7 +230,7 @@ class Server:
     def _stream(self, job_id, after, deadline):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
         try:
-            headers = {"accept": "text/event-stream", "last-event-id": str(after)}
+            headers = {"accept": "text/event-stream", "last-event-id": str(after), **self.credential()}
             connection.request("GET", f"/jobs/{job_id}/events", headers=headers)
             response = connection.getresponse()
             if response.status == 204:

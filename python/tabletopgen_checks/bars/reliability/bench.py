@@ -18,9 +18,10 @@ STORES = ("sqlite", "postgres")
 class Bench:
     """Programs and servers of one run of the bar."""
 
-    def __init__(self, given):
+    def __init__(self, given, name="reliability"):
+        """`name` is that of the folder of its services."""
         self.given, self.binary = given, given.binary
-        self.folder = given.work / "reliability"
+        self.folder = given.work / name
         self.folder.mkdir(parents=True, exist_ok=True)
         self.stack, self._postgres, self._s3, self.services = contextlib.ExitStack(), None, None, 0
 

@@ -1,0 +1,175 @@
+"""Two tenants, each alone, and then both while one of them floods the server.
+
+A tenant submits at a steady pace below its half of the workers. Each job waits for a vendor and then ends, so that
+turns at workers are measured and not the processor. What a tenant notices is the time of a submission and the time from
+the submission to the end of its job, which has the waiting for a turn in it."""
+
+import http.client
+import json
+import time
+from datetime import datetime
+
+from tabletopgen_checks.bars.overload import P99_FACTOR, P99_FLOOR_S
+from tabletopgen_checks.bars.reliability.bench import STORES
+from tabletopgen_checks.bars.reliability.part import Finding
+from tabletopgen_checks.bars.reliability.scenes import SMALL, quantile, request_of, side_by_side
+from tabletopgen_checks.bars.tenants import attacks
+from tabletopgen_checks.bars.tenants.vendor import ANSWER_SECONDS, RefusingVendor
+from tabletopgen_checks.problem import Problem
+
+PROMISED_SECONDS = 30
+# A third of what two slots do.
+SUBMISSIONS_PER_S = 4
+# Enough for the seconds that shares are counted in.
+BACKLOG, SHARE_SECONDS = 240, 8
+FAIR_SHARE, SHARE_SLACK = 0.5, 0.05
+SETTINGS = {
+    "worker.concurrency": "2",
+    # The usual limit of a tenant is that of all together, so that one could fill the queue.
+    "store.limits.waiting_jobs": "2000",
+}
+
+
+class Tenant:
+    """Submits at a steady pace; what it was answered, and its jobs."""
+
+    def __init__(self, client, first_seed: int):
+        self.client, self.seed = client, first_seed
+        self.seconds, self.jobs, self.refused = [], [], []
+
+    def work(self, seconds: float):
+        began = time.monotonic()
+        for k in range(int(seconds * SUBMISSIONS_PER_S)):
+            time.sleep(max(0.0, began + k / SUBMISSIONS_PER_S - time.monotonic()))
+            self.submit()
+
+    def submit(self):
+        self.seed += 1
+        text, _ = request_of(0)
+        body = json.dumps({"text": text, "seed": self.seed}).encode()
+        began = time.monotonic()
+        connection = http.client.HTTPConnection("127.0.0.1", self.client.port, timeout=60)
+        try:
+            connection.request("POST", "/scenes", body, {"content-type": "application/json", **self.client.credential()})
+            answer = connection.getresponse()
+            content = answer.read()
+        finally:
+            connection.close()
+        if answer.status != 202:
+            self.refused.append(f"{answer.status} {content[:200]!r}")
+            return
+        self.seconds.append(time.monotonic() - began)
+        self.jobs.append(json.loads(content)["job"]["id"])
+
+    def ended(self) -> tuple:
+        """Seconds of each job from its submission to its first turn, and to its end, once all have ended."""
+        waits, wholes, deadline = [], [], time.monotonic() + 120
+        for job_id in self.jobs:
+            while (job := self.client.json("GET", f"/jobs/{job_id}"))["finished_at"] is None:
+                if time.monotonic() > deadline:
+                    raise Problem(f"job {job_id} did not end: {job['state']}\n{self.client.words()}")
+                time.sleep(0.1)
+            waits.append(apart_s(job["created_at"], job["started_at"]))
+            wholes.append(apart_s(job["created_at"], job["finished_at"]))
+        return waits, wholes
+
+
+def apart_s(first: str, second: str) -> float:
+    return (moment(second) - moment(first)).total_seconds()
+
+
+def moment(text: str) -> datetime:
+    return datetime.fromisoformat(text.replace("Z", "+00:00"))
+
+
+def measure(bench) -> Finding:
+    rows, words, held = [], [], True
+    for store in bench.stores():
+        with RefusingVendor() as vendor:
+            with bench.keyed(store, f"soak-{store}", SMALL | vendor.settings() | SETTINGS) as service:
+                found = Comparison(bench, service)
+                found.measure(bench.given.soak_seconds)
+        rows += [[store, *row] for row in found.rows]
+        words.append(f"On {store} the attacks were answered with: {attacks.told(found.answers)}. {found.words}")
+        held &= found.held
+    columns = [
+        "store",
+        "who",
+        "meanwhile",
+        "submissions",
+        "refused",
+        "submission p50, ms",
+        "p99, ms",
+        "turn p99, ms",
+        "to the end p99, ms",
+        "promised p99, ms",
+        "",
+    ]
+    lead = (
+        f"{SUBMISSIONS_PER_S} submissions a second for {bench.given.soak_seconds} s, each on a new connection; two slots, each job "
+        f"waits {1000 * ANSWER_SECONDS:.0f} ms for a vendor, which refuses. Promised is a p99 within {P99_FACTOR:.0f} times that alone, "
+        f"of the submission (or {1000 * P99_FLOOR_S:.0f} ms, as short answers scatter on two cores) and of the time to the end. The other "
+        f"tenant floods with {attacks.FLOODING_CLIENTS} clients that submit, {attacks.BODY_CLIENTS} that send bodies of "
+        f"{attacks.BODY_BYTES >> 20} MiB, {attacks.STREAMS} event streams that nobody reads, and batches of "
+        f"{attacks.BATCH_REQUESTS} requests, all at once. `store.limits.waiting_jobs` is {SETTINGS['store.limits.waiting_jobs']}."
+    )
+    full = bench.given.soak_seconds >= PROMISED_SECONDS and len(bench.stores()) == len(STORES)
+    return Finding(columns, rows, held, "\n\n".join([lead, *words]), full=full)
+
+
+class Comparison:
+    """Each tenant alone, one beside the flood of the other, and both with a backlog."""
+
+    def __init__(self, bench, service):
+        self.bench, self.service = bench, service
+        self.rows, self.answers, self.words, self.held = [], {}, "", True
+
+    def measure(self, seconds: float):
+        victim, hostile = (self.bench.client(self.service, name) for name in ("victim", "hostile"))
+        # What is made with the first job stays out of the comparison.
+        Tenant(victim, 0).work(2)
+        alone = {name: self.steady(client, name, "alone", seconds) for name, client in (("victim", victim), ("hostile", hostile))}
+        job = hostile.submit_text(request_of(0)[0], 1)["job"]["id"]
+        with attacks.under(hostile, seconds + 4, job) as self.answers:
+            time.sleep(3)
+            self.steady(victim, "victim", "the other floods", seconds, alone["victim"])
+        self.share(victim)
+
+    def steady(self, client, name: str, meanwhile: str, seconds: float, alone=None) -> tuple:
+        """The p99 of submissions and of the time to the end, seconds."""
+        tenant = Tenant(client, 1000 * (1 + len(self.rows)))
+        tenant.work(seconds)
+        waits, wholes = tenant.ended()
+        if not wholes:
+            raise Problem(f"all submissions of {name} were refused: {tenant.refused[:3]}")
+        p99, turn, whole = quantile(tenant.seconds, 0.99), quantile(waits, 0.99), quantile(wholes, 0.99)
+        promised, holds = "-", not tenant.refused
+        if alone is not None:
+            limits = max(P99_FACTOR * alone[0], P99_FLOOR_S), P99_FACTOR * alone[1]
+            promised = " and ".join(f"{1000 * limit:.0f}" for limit in limits)
+            holds &= p99 <= limits[0] and whole <= limits[1]
+        self.held &= holds
+        times = [f"{1000 * value:.1f}" for value in (quantile(tenant.seconds, 0.5), p99, turn, whole)]
+        row = [name, meanwhile, len(tenant.seconds), len(tenant.refused), *times, promised, "holds" if holds else "DOES NOT HOLD"]
+        print(row, tenant.refused[:2], flush=True)
+        self.rows.append(row)
+        return p99, whole
+
+    def share(self, victim):
+        """How many jobs of each end while both have a backlog: the flood left the hostile tenant one."""
+        side_by_side(lambda k: Tenant(victim, 10**6 + k).submit(), range(BACKLOG), 4)
+        ended = [self.ended_jobs(name) for name in ("victim", "hostile")]
+        time.sleep(SHARE_SECONDS)
+        ended = [self.ended_jobs(name) - before for name, before in zip(("victim", "hostile"), ended)]
+        share = ended[0] / max(1, sum(ended))
+        fair = abs(share - FAIR_SHARE) <= SHARE_SLACK
+        self.held &= fair
+        self.words = (
+            f"With a backlog of both, {ended[0]} jobs of the victim ended and {ended[1]} of the hostile one: {100 * share:.0f} %, "
+            f"promised {100 * FAIR_SHARE:.0f} % give or take {100 * SHARE_SLACK:.0f}, {'holds' if fair else 'DOES NOT HOLD'}."
+        )
+        print(self.words, flush=True)
+
+    def ended_jobs(self, tenant: str) -> int:
+        statement = f"SELECT COUNT(*) FROM jobs WHERE tenant_id = '{tenant}' AND state NOT IN ('queued', 'running')"
+        return int(self.service.rows(statement)[0][0])
