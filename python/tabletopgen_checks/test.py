@@ -34,6 +34,9 @@ CARGO = os.environ.get("CARGO", "cargo")
 KILLS = 6
 # The bar of reliability with counts that take less than a minute.
 RELIABILITY = ["--only", "kills,posts", "--kills", "8", "--posts", "50"]
+# The bar of tenants with counts that take less than a minute; tests/it/api/access.rs has its matrix.
+TENANTS = ["--only", "deletion,soak,secrets", "--stores", "sqlite", "--scenes", "20", "--others", "1"]
+TENANTS += ["--grace-seconds", "10", "--soak-seconds", "5"]
 # Drake and PyBullet take up to a minute of processor time per simulated second, and the README's examples two minutes.
 # The first scene gets a second and the examples, some more get a quarter of a second, and the others are not simulated
 # there; the bars give all of them half a second.
@@ -55,7 +58,7 @@ ORDER = (
 LANE = ("judges", "judges' own test", "edits", "segmentation sidecar")
 LANE_BESIDE = (
     "documents", "robot and episodes", "rest in simulators", "categories", "layers of USD",
-    "killed while models are asked", "killed on both stores",
+    "killed while models are asked", "killed on both stores", "tenants",
 )
 WAIT = "wait for the other lane"
 
@@ -110,6 +113,7 @@ def steps_of(target: Path, setup: subprocess.Popen) -> dict:
         "layers of USD": lambda: judge_layers(environment),
         "killed while models are asked": lambda: check_kills(target),
         "killed on both stores": lambda: check_reliability(target),
+        "tenants": lambda: check_tenants(target),
         "segmentation sidecar": lambda: test_sidecar(environment),
     }
 
@@ -292,6 +296,13 @@ def check_reliability(target: Path) -> str:
     command = [sys.executable, "-m", "tabletopgen_checks.bars.reliability", "--target-dir", target, "--page", "no", *RELIABILITY]
     run([*command, "--program", target / "debug" / "tabletopgen"])
     return "nothing lost, repeated or committed twice; identical requests make one scene"
+
+
+def check_tenants(target: Path) -> str:
+    """The bar of tenants for a minute: what is deleted goes, a flood of one delays no other, secrets are nowhere."""
+    command = [sys.executable, "-m", "tabletopgen_checks.bars.tenants", "--target-dir", target, "--page", "no", *TENANTS]
+    run([*command, "--uncommitted", "--program", target / "debug" / "tabletopgen"])
+    return "deletion leaves nothing, a flood delays nobody else, no secret is told"
 
 
 def test_sidecar(environment: Path) -> str:

@@ -33,6 +33,7 @@ OPTIONS = {
     "soak_seconds": soak.PROMISED_SECONDS,
     "scenes": deletion.PROMISED_SCENES,
     "others": deletion.PROMISED_OTHERS,
+    "grace_seconds": deletion.PROMISED_GRACE_SECONDS,
     "turn_seconds": key_cost.PROMISED_TURN_SECONDS,
     "examples": contract.FULL_EXAMPLES,
     "fuzz_seed": 1,

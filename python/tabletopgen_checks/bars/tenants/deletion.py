@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from tabletopgen_checks.bars.recordings import CAMERAS, FORMAT, SCENE_SEED, SENTENCE, SIZE_PX, TASK
 from tabletopgen_checks.bars.reliability.bench import STORES
-from tabletopgen_checks.bars.reliability.churn import GRACE_SECONDS, SWEPT_SOON, usage_now
+from tabletopgen_checks.bars.reliability.churn import usage_now
 from tabletopgen_checks.bars.reliability.part import Finding
 from tabletopgen_checks.bars.reliability.scenes import JOB_SECONDS, SMALL, request_of, side_by_side, wait_for_all
 from tabletopgen_checks.problem import Problem
@@ -18,25 +18,26 @@ PROMISED_SCENES, PROMISED_OTHERS, CONTENTS = 1000, 20, 20
 SCENES_OF_A_BATCH, CLIENTS, AT_ONCE = 2, 4, 100
 # Rows that stay by design: the record of changes, and what is written over and over.
 BY_DESIGN = ("audit",)
-SWEEP_PATIENCE_SECONDS = GRACE_SECONDS + 240
+# No stage of these scenes takes as long.
+PROMISED_GRACE_SECONDS, SWEEP_SECONDS, SWEEP_PATIENCE_SECONDS, POLL_SECONDS = 30, 5, 240, 1
 # Beside the rows of the record of changes: a page for each of the many indexes may be another.
 MAX_LEFT_BYTES, BYTES_OF_A_RECORD = 1 << 20, 600
 
 
 def measure(bench) -> Finding:
-    rows, held, words = [], True, []
+    rows, held, words, grace = [], True, [], bench.given.grace_seconds
     for store in bench.stores():
-        with bench.keyed(store, f"deletion-{store}", SMALL | SWEPT_SOON, workers_wanted=2) as service:
+        with bench.keyed(store, f"deletion-{store}", SMALL | swept_after(grace), workers_wanted=2) as service:
             client = bench.client(service)
             # The first of everything also makes rows and pages that stay.
             delete(client, make(client, 1, 1)[0])
-            before = swept(service, {})
+            before = swept(service, grace, {})
             made, most = make(client, bench.given.scenes, bench.given.others, lambda: counts(service))
             full = counts(service)
             most = {name: max(most.get(name, 0), count) for name, count in full.items()}
             peak = disk(service)
             delete(client, made)
-            after = swept(service, before[0])
+            after = swept(service, grace, before[0])
         left = {name: after[0].get(name, 0) - count for name, count in before[0].items()}
         grown = {name: count for name, count in left.items() if count > 0 and name not in BY_DESIGN}
         allowed = MAX_LEFT_BYTES + BYTES_OF_A_RECORD * max(0, left.get("audit", 0))
@@ -57,11 +58,21 @@ def measure(bench) -> Finding:
     lead = (
         f"{given.scenes} scenes of {min(CONTENTS, given.scenes)} contents, {given.others} recordings of an episode, "
         f"{given.others} datasets and {given.others} batches of {SCENES_OF_A_BATCH} scenes, made and deleted with "
-        f"`store.retention.deleted_hours = 0` and `grace_secs = {GRACE_SECONDS}`. Bytes of the database are those after a vacuum: "
+        f"`store.retention.deleted_hours = 0` and `grace_secs = {grace}`. Bytes of the database are those after a vacuum: "
         "of a copy by `VACUUM INTO` on SQLite, by `VACUUM FULL` on PostgreSQL. Rows of `audit` are only ever added to."
     )
     full = given.scenes >= PROMISED_SCENES and given.others >= PROMISED_OTHERS and len(bench.stores()) == len(STORES)
     return Finding(["store", "", "before", "at most", "after", ""], rows, held, " ".join([lead, *words]), full=full)
+
+
+def swept_after(grace: int) -> dict:
+    """Settings by which what is deleted goes soon."""
+    return {
+        "worker.stage_timeout_secs": str(grace - 1),
+        "store.retention.sweep_interval_secs": str(SWEEP_SECONDS),
+        "store.retention.grace_secs": str(grace),
+        "store.retention.deleted_hours": "0",
+    }
 
 
 def make(client, scenes: int, others: int, count: Callable[[], dict] = dict) -> tuple:
@@ -114,18 +125,18 @@ def delete(client, paths: list):
             raise Problem(f"DELETE {path} was answered with {status}: {content[:300]!r}")
 
 
-def swept(service, wanted: dict) -> tuple:
-    """Rows by table and the disk, once no table has more rows than wanted, or patience has ended."""
-    deadline, last, same = time.monotonic() + SWEEP_PATIENCE_SECONDS, None, 0
-    time.sleep(GRACE_SECONDS)
+def swept(service, grace: int, wanted: dict) -> tuple:
+    """Rows by table and the disk, once no table has more rows than wanted and nothing changes, or patience has ended."""
+    deadline, last, same = time.monotonic() + grace + SWEEP_PATIENCE_SECONDS, None, 0
+    time.sleep(grace + SWEEP_SECONDS)
     while True:
         now = counts(service), usage_now(service)[2]
         same = same + 1 if now == last else 0
         more = [name for name, count in now[0].items() if count > wanted.get(name, 0) and name not in BY_DESIGN]
-        if same >= (10 if not wanted or not more else 60) or time.monotonic() > deadline:
+        if same >= (60 if wanted and more else 2 * SWEEP_SECONDS) or time.monotonic() > deadline:
             return now[0], disk(service)
         last = now
-        time.sleep(2)
+        time.sleep(POLL_SECONDS)
 
 
 def counts(service) -> dict:

@@ -11,21 +11,27 @@ from urllib.parse import quote
 
 from tabletopgen_checks.problem import Problem
 
-PREFIX = "tt_"
+PREFIXES = ("tt_", "whsec_")
+# Places that are the database or a copy of it: it has secrets of webhooks, with which it signs.
+DATABASES = ("file of the database", "rows of PostgreSQL", "files of the backup")
 
 
 class Secrets:
     """Secrets by a name that may be told, and where they were looked for."""
 
     def __init__(self):
-        self.known: dict[str, str] = {}
+        # The secret, and the places that it may be in.
+        self.known: dict[str, tuple] = {}
         # Bytes that were read, by place.
         self.read: dict[str, int] = {}
         self.found: list[str] = []
 
-    def add(self, name: str, secret: str) -> str:
-        """Remembers it, without what every key begins with, and gives it back."""
-        self.known[f"{name} ({len(self.known)})"] = secret.removeprefix(PREFIX)
+    def add(self, name: str, secret: str, allowed: tuple = ()) -> str:
+        """Remembers it, without what every secret of its kind begins with, and gives it back."""
+        kept = secret
+        for prefix in PREFIXES:
+            kept = kept.removeprefix(prefix)
+        self.known[f"{name} ({len(self.known)})"] = kept, allowed
         return secret
 
     def forms(self, secret: str) -> list:
@@ -39,8 +45,8 @@ class Secrets:
         if mark is not None and mark.encode() not in content:
             raise Problem(f"the search for secrets read {len(content)} bytes of the {place}, and {mark!r} is not there")
         self.read[place] = self.read.get(place, 0) + len(content)
-        for name, secret in self.known.items():
-            if any(form in content for form in self.forms(secret)):
+        for name, (secret, allowed) in self.known.items():
+            if place not in allowed and any(form in content for form in self.forms(secret)):
                 self.found.append(f"{name} in the {place}")
 
     def search_files(self, place: str, folder: Path, pattern: str = "*", mark: "str | None" = None):
