@@ -23,11 +23,7 @@ SUBMISSIONS_PER_S = 4
 # Enough for the seconds that shares are counted in.
 BACKLOG, SHARE_SECONDS = 240, 8
 FAIR_SHARE, SHARE_SLACK = 0.5, 0.05
-SETTINGS = {
-    "worker.concurrency": "2",
-    # The usual limit of a tenant is that of all together, so that one could fill the queue.
-    "store.limits.waiting_jobs": "2000",
-}
+SETTINGS = {"worker.concurrency": "2"}
 
 
 class Tenant:
@@ -111,7 +107,7 @@ def measure(bench) -> Finding:
         f"of the submission (or {1000 * P99_FLOOR_S:.0f} ms, as short answers scatter on two cores) and of the time to the end. The other "
         f"tenant floods with {attacks.FLOODING_CLIENTS} clients that submit, {attacks.BODY_CLIENTS} that send bodies of "
         f"{attacks.BODY_BYTES >> 20} MiB, {attacks.STREAMS} event streams that nobody reads, and batches of "
-        f"{attacks.BATCH_REQUESTS} requests, all at once. `store.limits.waiting_jobs` is {SETTINGS['store.limits.waiting_jobs']}."
+        f"{attacks.BATCH_REQUESTS} requests, all at once. All limits are the usual ones."
     )
     full = bench.given.soak_seconds >= PROMISED_SECONDS and len(bench.stores()) == len(STORES)
     return Finding(columns, rows, held, "\n\n".join([lead, *words]), full=full)
