@@ -52,7 +52,6 @@ pub mod jobs;
 pub mod events;
 pub mod probes;
 mod deletion;
-mod told_path;
 mod admission;
 pub mod cross_origin;
 pub mod layers;

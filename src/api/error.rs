@@ -4,8 +4,8 @@ use axum::http::{StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 
 use super::body::ENCODED_BODY;
-use super::told_path::told_path;
 use crate::problem::{Problem, ProblemType};
+use crate::told_path::told_path;
 use store::{Outage, StoreError};
 
 /// Time after which a request may be sent again where nothing better is known, seconds.

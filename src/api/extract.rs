@@ -14,7 +14,6 @@ use super::body::{BodyReader, ReceivedBody};
 use super::body_memory::Reservation;
 use super::json_body::{MAX_SMALL_BODY_BYTES, media_type, parse_apart};
 use super::principal::Principal;
-use super::told_path::told_path;
 use crate::problem::{Problem, ProblemType};
 use scene::{BatchId, DatasetId, JobId, KeyId, RecordingId, SceneId, TenantId};
 
@@ -84,9 +83,9 @@ impl<T: ResourceId> FromRequestParts<Api> for PathId<T> {
 
     async fn from_request_parts(parts: &mut Parts, api: &Api) -> Result<Self, Problem> {
         let parameters = RawPathParams::from_request_parts(parts, api).await;
-        let parameters = parameters.map_err(|_| Problem::not_found(T::NAME, &told_path(parts.uri.path())))?;
+        let parameters = parameters.map_err(|_| Problem::not_found(T::NAME, parts.uri.path()))?;
         let text = parameters.iter().next().map_or("", |(_, text)| text);
-        text.parse().map(Self).map_err(|_| Problem::not_found(T::NAME, &told_path(text)))
+        text.parse().map(Self).map_err(|_| Problem::not_found(T::NAME, text))
     }
 }
 
@@ -98,7 +97,7 @@ impl FromRequestParts<Api> for PathName {
 
     async fn from_request_parts(parts: &mut Parts, api: &Api) -> Result<Self, Problem> {
         let parameters = RawPathParams::from_request_parts(parts, api).await;
-        let parameters = parameters.map_err(|_| Problem::not_found("name", &told_path(parts.uri.path())))?;
+        let parameters = parameters.map_err(|_| Problem::not_found("name", parts.uri.path()))?;
         Ok(Self(parameters.iter().last().map_or_else(String::new, |(_, text)| text.to_owned())))
     }
 }

@@ -17,8 +17,8 @@ use super::access::Access;
 use super::contract::route::Route;
 use super::principal::{Principal, Refused, resolve};
 use super::serve::connection::Connection;
-use super::told_path::told_path;
 use crate::problem::Problem;
+use crate::told_path::told_path;
 use store::audit::AuditEntry;
 
 #[derive(Clone)]

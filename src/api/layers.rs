@@ -14,9 +14,9 @@ use tracing::{Instrument, Span};
 use uuid::Uuid;
 
 use super::Api;
-use super::told_path::told_path;
 use crate::problem::{Problem, ProblemType};
 use crate::spans;
+use crate::told_path::told_path;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 

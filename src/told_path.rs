@@ -1,11 +1,11 @@
-//! The path of a request as the log, traces and the record of changes tell it.
+//! The path of a request as answers, the log, traces and the record of changes tell it.
 
 use std::borrow::Cow;
 
 use store::secret::KEY_PREFIX;
 
-/// The path without keys, which a client may have put there in place of an id.
-pub(super) fn told_path(path: &str) -> Cow<'_, str> {
+/// The path, or a part of it, without keys, which a client may have put there in place of an id.
+pub(crate) fn told_path(path: &str) -> Cow<'_, str> {
     if !path.contains(KEY_PREFIX) {
         return path.into();
     }
