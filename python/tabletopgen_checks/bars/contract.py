@@ -38,8 +38,8 @@ TSC = ("--noEmit", "--strict", "--target", "es2022", "--module", "nodenext", "--
 FUZZ_SECONDS = 1800
 # tests/contract/hooks.py has an instruction for it.
 SCENE = "a mug and a book"
-# Scenes and their events, of which there are thousands, are not waited for.
-QUICK = ("server.max_wait_secs=1", "server.max_event_stream_secs=1", "store.fsync=false")
+# Scenes and their events, of which there are thousands, are not waited for, and batches make few of them.
+QUICK = ("server.max_wait_secs=0", "server.max_event_stream_secs=1", "store.fsync=false", "batches.window=1")
 # A page of results wants at least so many examples an operation.
 FULL_EXAMPLES = 100
 MISMATCH_COLUMNS = ["code", "mismatch", "times", "operations"]

@@ -48,7 +48,7 @@ class LoginProxy:
                     answer = connection.getresponse()
                     status, kind, content = answer.status, answer.headers.get("content-type", ""), answer.read()
                 except OSError:
-                    status, kind, content = 502, "text/plain", b"the server does not answer"
+                    status, kind, content = 502, "text/plain", b""
                 finally:
                     connection.close()
                 self.send_response(status)
