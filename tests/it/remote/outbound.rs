@@ -118,6 +118,8 @@ async fn too_much_is_not_read_and_plain_http_needs_leave() {
     let url = format!("http://127.0.0.1:{port}/large");
     let refused = sent(&client("127.0.0.1"), &get(url.clone())).await.unwrap_err();
     assert!(matches!(refused, SendError::TooLarge { limit: 50_000 }), "{refused:?}");
+    let cut = client("127.0.0.1").send_and_cut(&get(url.clone()), 50_000).await.unwrap();
+    assert_eq!((cut.status, cut.body.len()), (200, 50_000));
     let strict = HttpClient::new(AddressPolicy::new(false, "127.0.0.1"), Duration::from_secs(5)).unwrap();
     let refused = sent(&strict, &get(url)).await.unwrap_err();
     assert!(matches!(refused, SendError::Address(AddressError::NotHttps(_))), "{refused:?}");

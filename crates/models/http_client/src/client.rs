@@ -66,6 +66,13 @@ impl Connectors {
     }
 }
 
+/// Treatment of a response that is longer than its limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Excess {
+    Refused,
+    Cut,
+}
+
 /// Failure of a request without a response.
 #[derive(Debug, thiserror::Error)]
 pub enum SendError {
@@ -127,19 +134,41 @@ impl HttpClient {
     ///
     /// [`SendError`] tells whether the request may have been sent. A response of any status is no error.
     pub async fn send(&self, request: &HttpRequest, limit: usize) -> Result<HttpResponse, SendError> {
+        self.answer(request, limit, Excess::Refused).await
+    }
+
+    /// As [`Self::send`]; a longer response is no error, and what is beyond `limit` bytes of it is not read.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::send`] but [`SendError::TooLarge`].
+    pub async fn send_and_cut(&self, request: &HttpRequest, limit: usize) -> Result<HttpResponse, SendError> {
+        self.answer(request, limit, Excess::Cut).await
+    }
+
+    async fn answer(
+        &self,
+        request: &HttpRequest,
+        limit: usize,
+        excess: Excess,
+    ) -> Result<HttpResponse, SendError> {
         let url = self.policy.check(&request.url)?;
         match &self.transport {
             Transport::Network(connectors) => {
-                self.send_following_redirects(connectors, request, url, limit).await
+                self.send_following_redirects(connectors, request, url, (limit, excess)).await
             }
             Transport::Recording(connectors, cassette) => {
-                let response = self.send_following_redirects(connectors, request, url, limit).await?;
+                let response =
+                    self.send_following_redirects(connectors, request, url, (limit, excess)).await?;
                 let recorded = cassette.record(request, &response).await;
                 recorded.map_err(|error| SendError::NotKept(error.to_string()))?;
                 Ok(response)
             }
             Transport::Replay(cassette) => match cassette.next_response(request) {
-                Some(response) if response.body.len() > limit => Err(SendError::TooLarge { limit }),
+                Some(response) if response.body.len() > limit => match excess {
+                    Excess::Refused => Err(SendError::TooLarge { limit }),
+                    Excess::Cut => Ok(HttpResponse { body: response.body.slice(..limit), ..response }),
+                },
                 Some(response) => Ok(response),
                 None => {
                     let message =
@@ -155,7 +184,7 @@ impl HttpClient {
         connectors: &Connectors,
         request: &HttpRequest,
         first: Url,
-        limit: usize,
+        bound: (usize, Excess),
     ) -> Result<HttpResponse, SendError> {
         let mut url = first.clone();
         for _ in 0..=MAX_REDIRECTS {
@@ -176,7 +205,7 @@ impl HttpClient {
             }
             let response = builder.send().await.map_err(|error| send_error(&error))?;
             match redirect_target(&response, &url) {
-                None => return read_bounded(response, limit).await,
+                None => return read_bounded(response, bound).await,
                 Some(target) if request.method == Method::GET => {
                     url =
                         self.policy.check(&target.ok_or_else(|| SendError::Redirected("nowhere".into()))?)?;
@@ -201,22 +230,28 @@ fn redirect_target(response: &reqwest::Response, at: &Url) -> Option<Option<Stri
     Some(location.and_then(|location| at.join(location).ok()).map(String::from))
 }
 
-async fn read_bounded(mut response: reqwest::Response, limit: usize) -> Result<HttpResponse, SendError> {
+async fn read_bounded(
+    mut response: reqwest::Response,
+    (limit, excess): (usize, Excess),
+) -> Result<HttpResponse, SendError> {
     let header = |name| response.headers().get(name).and_then(|value| value.to_str().ok());
     let content_type = header(CONTENT_TYPE).and_then(|value| value.split(';').next()).unwrap_or_default();
     let content_type = content_type.trim().to_ascii_lowercase();
     let retry_after = header(RETRY_AFTER).and_then(|value| retry_after(value, SystemTime::now()));
     let content_length: Option<usize> = header(CONTENT_LENGTH).and_then(|value| value.parse().ok());
     let status = response.status().as_u16();
-    if content_length.is_some_and(|bytes| bytes > limit) {
+    if excess == Excess::Refused && content_length.is_some_and(|bytes| bytes > limit) {
         return Err(SendError::TooLarge { limit });
     }
     let mut body = BytesMut::new();
     while let Some(chunk) = response.chunk().await.map_err(|error| SendError::Lost(chain(&error)))? {
-        if body.len() + chunk.len() > limit {
-            return Err(SendError::TooLarge { limit });
+        let room = limit - body.len();
+        body.extend_from_slice(&chunk[..room.min(chunk.len())]);
+        match excess {
+            _ if chunk.len() <= room => {}
+            Excess::Refused => return Err(SendError::TooLarge { limit }),
+            Excess::Cut => break,
         }
-        body.extend_from_slice(&chunk);
     }
     Ok(HttpResponse { status, content_type, retry_after, body: body.freeze() })
 }

@@ -3,7 +3,7 @@
 //! [`HttpClient`] connects only to addresses that its [`AddressPolicy`] allows ([`address`]), bounds the size of every
 //! response ([`client`]), and records exchanges or replays them without a network ([`cassette`]). [`retry`] computes
 //! the pause before the next attempt, [`rate_limit`] spaces calls that share a key, and [`circuit_breaker`] suspends
-//! an endpoint that fails repeatedly. [`Secret`] holds a key that is never printed.
+//! an endpoint that fails repeatedly. [`Secret`] holds a key that is never printed, and [`hmac`] signs with one.
 //!
 //! The crate must not depend on any crate of the workspace but `runtime`: it knows no vendor, no ledger and no port.
 //!
@@ -22,6 +22,7 @@
 //! ```
 
 pub mod secret;
+pub mod hmac;
 pub mod message;
 pub mod address;
 pub mod retry;
