@@ -48,7 +48,16 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn text(report: &SweepReport) -> String {
     let SweepReport { stripped_scenes, orphaned_checkpoints, quarantined_bundles, .. } = report;
-    let SweepReport { idempotency_keys, executions, purged_scenes, dataset_jobs, removed, kept, .. } = report;
+    let SweepReport {
+        idempotency_keys,
+        executions,
+        purged_scenes,
+        dataset_jobs,
+        deliveries,
+        removed,
+        kept,
+        ..
+    } = report;
     let verb = if report.is_dry_run { "would be removed" } else { "removed" };
     format!(
         "scenes whose artifacts and checkpoints {verb}: {stripped_scenes}\n\
@@ -57,6 +66,7 @@ fn text(report: &SweepReport) -> String {
          idempotency keys {verb}: {idempotency_keys}\n\
          executions {verb}: {executions}\n\
          ended jobs of datasets {verb}: {dataset_jobs}\n\
+         deliveries to webhooks {verb}: {deliveries}\n\
          deleted scenes whose last rows {verb}: {purged_scenes}\n\
          {}{}{}\
          blobs {verb}: {} ({} bytes); kept: {} ({} bytes)\n",

@@ -1,5 +1,5 @@
-//! Identifiers of tenants, scenes, jobs, batches, datasets and keys, each a type of its own, so that they cannot be
-//! swapped.
+//! Identifiers of tenants, scenes, jobs, batches, datasets, keys and webhooks, each a type of its own, so that they cannot
+//! be swapped.
 
 use std::fmt;
 use std::str::FromStr;
@@ -93,6 +93,16 @@ id!(
     /// Id of an API key, which is no secret.
     KeyId,
     "key"
+);
+id!(
+    /// Id of a webhook, an address that events are sent to.
+    WebhookId,
+    "webhook"
+);
+id!(
+    /// Id of a delivery, one message for one webhook.
+    DeliveryId,
+    "delivery"
 );
 
 fn is_valid(text: &str) -> bool {

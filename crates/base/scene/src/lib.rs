@@ -45,7 +45,7 @@ pub use description::{
 pub use edit::{EditOperation, EditPlace};
 pub use finished::{Metrics, Scene};
 pub use geometry::{Friction, MassProperties};
-pub use id::{BatchId, DatasetId, JobId, KeyId, RecordingId, SceneId, TenantId};
+pub use id::{BatchId, DatasetId, DeliveryId, JobId, KeyId, RecordingId, SceneId, TenantId, WebhookId};
 pub use instance::{Instance, Provenance, ReconstructionMethod, Support, SupportRelation};
 pub use light::Light;
 pub use money::MicroUsd;

@@ -47,6 +47,7 @@ pub mod scopes;
 pub mod keys;
 pub mod sessions;
 pub mod audit;
+pub mod webhooks;
 pub mod queue;
 mod deaths;
 pub mod stage_claims;

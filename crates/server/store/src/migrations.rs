@@ -32,6 +32,7 @@ macro_rules! files {
             "0044_principals"
             "0045_deletion"
             "0046_limits"
+            "0047_webhooks"
         }
     };
     ($folder:literal: $($name:literal)+) => {

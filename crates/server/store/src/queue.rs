@@ -24,7 +24,7 @@ use super::database::Dialect;
 use super::datasets::FrozenVersion;
 use super::executions::ExecutionAnswer;
 use super::recordings::MadeAttempt;
-use super::{Store, StoreError, calls, database, datasets, events, recordings, stage_claims};
+use super::{Store, StoreError, calls, database, datasets, events, recordings, stage_claims, webhooks};
 use crate::boxed;
 use crate::lifecycle::{Failure, JobEvent, JobState};
 use scene::{DatasetId, JobId, TenantId};
@@ -359,6 +359,7 @@ pub(super) async fn move_job(
                 let message = "the job was cancelled; retry it to go on where it stopped";
                 outcome::subject_failed(connection, job_id, "cancelled", message, now_ms).await?;
                 events::append(connection, job_id, now_ms, "job_cancelled", &json!({})).await?;
+                webhooks::job_ended(connection, job_id, now_ms).await?;
             }
             _ => {}
         }

@@ -8,7 +8,7 @@ use sqlx::Row;
 use super::{Store, StoreError};
 use crate::boxed;
 
-/// The jobs of all tenants that have not ended.
+/// The jobs of all tenants that have not ended, and what is to be told of others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct QueueDepth {
     pub queued: i64,
@@ -16,6 +16,8 @@ pub struct QueueDepth {
     pub cancelling: i64,
     /// Time for which the queued job that waits longest could have been claimed; zero without one.
     pub longest_wait: Duration,
+    /// Deliveries to webhooks that wait.
+    pub deliveries: i64,
 }
 
 impl Store {
@@ -32,7 +34,8 @@ impl Store {
             "SELECT queued, ready_since,
                     (SELECT COUNT(*) FROM jobs WHERE state IN ('running', 'cancelling')) AS leased,
                     (SELECT COUNT(*) FROM jobs
-                     WHERE state IN ('running', 'cancelling') AND state = 'cancelling') AS cancelling
+                     WHERE state IN ('running', 'cancelling') AND state = 'cancelling') AS cancelling,
+                    (SELECT COUNT(*) FROM deliveries WHERE state = 'waiting') AS deliveries
              FROM (SELECT COUNT(*) AS queued,
                           MIN(CASE WHEN not_before > created_at THEN not_before ELSE created_at END) AS ready_since
                    FROM jobs WHERE state = 'queued') AS depth",
@@ -47,6 +50,7 @@ impl Store {
             running: leased - cancelling,
             cancelling,
             longest_wait: Duration::from_millis(waited_ms.unsigned_abs()),
+            deliveries: row.try_get("deliveries")?,
         })
     }
 }

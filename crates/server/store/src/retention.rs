@@ -6,7 +6,8 @@
 //!    items, files, archives. Scenes of a batch that was deleted with them are deleted.
 //! 2. A deleted scene loses its artifacts, bundle, answers of remote models, and the checkpoints that no other scene
 //!    uses. A finished scene loses the same but its bundle, once it is old.
-//! 3. Bundles of quarantined scenes, old jobs of datasets, executions and idempotency keys end after their time.
+//! 3. Bundles of quarantined scenes, old jobs of datasets, executions, idempotency keys and deliveries to webhooks end
+//!    after their time.
 //! 4. The remaining rows of what is deleted end last.
 //! 5. References are read (mark), then blobs are listed (sweep). A blob is removed if it has no reference and is older
 //!    than the grace period, which is longer than any stage: a stage puts its blobs before its row.
@@ -60,6 +61,8 @@ pub struct RetentionSettings {
     pub failed_dataset_hours: u64,
     /// Time that ended jobs of a dataset stay with their events, but its newest, hours; 0 = as long as the dataset.
     pub dataset_job_hours: u64,
+    /// Time that deliveries to webhooks stay that have ended or cannot go on, hours.
+    pub delivery_hours: u64,
 }
 
 /// Result of a sweep; in a dry run, what it would do.
@@ -81,6 +84,8 @@ pub struct SweepReport {
     pub recordings: ResourceRemovals,
     /// Ended jobs of datasets whose time was over.
     pub dataset_jobs: u64,
+    /// Deliveries to webhooks whose time was over.
+    pub deliveries: u64,
     /// Blobs without a reference.
     pub removed: Volume,
     pub kept: Volume,

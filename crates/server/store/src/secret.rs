@@ -1,18 +1,21 @@
-//! Secrets of clients: keys of the API and cookies of sessions.
+//! Secrets of clients: keys of the API, cookies of sessions, and what webhooks are signed with.
 //!
-//! A secret has 256 random bits of the system. The store keeps its SHA-256 alone and finds it by that, so that a stolen
-//! database opens nothing, and the time of a look-up says nothing about the secret that was sought. A slow hash, as for
-//! passwords, would not help: 256 random bits cannot be guessed, however fast guesses are tested.
+//! A secret has 256 random bits of the system. Of a key and a cookie the store keeps the SHA-256 alone and finds them by
+//! that, so that a stolen database opens nothing, and the time of a look-up says nothing about the secret that was
+//! sought. A slow hash, as for passwords, would not help: 256 random bits cannot be guessed, however fast guesses are
+//! tested. The secret of a webhook signs messages, so that it is kept as it is; it opens nothing here.
 
 use std::fmt;
 
 use base64::Engine as _;
-use base64::engine::general_purpose::URL_SAFE_NO_PAD;
+use base64::engine::general_purpose::{STANDARD, URL_SAFE_NO_PAD};
 
 use super::{Digest, StoreError};
 
 /// Begin of every key, by which scanners of leaked secrets know it.
 pub const KEY_PREFIX: &str = "tt_";
+/// Begin of every secret of a webhook, by Standard Webhooks.
+pub const WEBHOOK_PREFIX: &str = "whsec_";
 /// Random bytes of a secret.
 const RANDOM_BYTES: usize = 32;
 
@@ -39,6 +42,15 @@ impl Secret {
         Ok(Self(random_text()?))
     }
 
+    /// A new secret of a webhook: `whsec_` and the base64 of its key.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::NoRandomBytes`] if the system has none.
+    pub fn new_webhook() -> Result<Self, StoreError> {
+        Ok(Self(format!("{WEBHOOK_PREFIX}{}", STANDARD.encode(random_bytes()?))))
+    }
+
     /// A text that a client gives as a secret.
     pub fn given(text: &str) -> Self {
         Self(text.to_owned())
@@ -62,9 +74,13 @@ impl fmt::Debug for Secret {
 }
 
 fn random_text() -> Result<String, StoreError> {
+    Ok(URL_SAFE_NO_PAD.encode(random_bytes()?))
+}
+
+fn random_bytes() -> Result<[u8; RANDOM_BYTES], StoreError> {
     let mut bytes = [0; RANDOM_BYTES];
     getrandom::fill(&mut bytes).map_err(StoreError::NoRandomBytes)?;
-    Ok(URL_SAFE_NO_PAD.encode(bytes))
+    Ok(bytes)
 }
 
 #[cfg(test)]

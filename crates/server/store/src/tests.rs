@@ -25,6 +25,7 @@ mod wake_ups;
 mod frozen;
 mod limits;
 mod tenant_limits;
+mod webhooks;
 mod upgrade;
 
 use std::collections::BTreeMap;
@@ -204,6 +205,17 @@ conformance! {
     tenant_limits::batches_at_once_stay_within_the_requests_of_their_tenant,
     tenant_limits::feeding_waits_for_the_limits_of_its_tenant,
     tenant_limits::an_operator_sees_and_changes_the_limits_of_a_tenant,
+    webhooks::every_way_to_the_end_of_a_scene_has_one_message,
+    webhooks::every_end_of_other_work_has_one_message,
+    webhooks::every_end_of_a_recording_has_one_message,
+    webhooks::a_change_and_its_message_are_one,
+    webhooks::only_enabled_webhooks_that_want_an_event_get_it,
+    webhooks::each_delivery_is_taken_by_one_process_and_given_again_after_a_death,
+    webhooks::claims_at_once_give_each_delivery_out_once,
+    webhooks::failures_to_the_end_disable_a_webhook,
+    webhooks::a_new_secret_signs_beside_the_previous_one_for_a_day,
+    webhooks::webhooks_belong_to_their_tenant,
+    webhooks::deliveries_go_after_their_time,
 }
 
 /// A submission without a key and with a budget of 1,000 millionths.

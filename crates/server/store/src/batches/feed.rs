@@ -13,7 +13,7 @@ use super::settle::settle;
 use super::{BatchRow, locked};
 use crate::boxed;
 use crate::limits::{self, LimitSettings};
-use crate::{Store, StoreError, database, queue};
+use crate::{Store, StoreError, database, queue, webhooks};
 use scene::{BatchId, MicroUsd, TenantId};
 
 /// Items of one transaction, so that other writers do not wait long.
@@ -125,8 +125,9 @@ async fn feed(
             .bind(batch.state.ended().as_str())
             .bind(now)
             .bind(id.as_str())
-            .execute(connection)
+            .execute(&mut *connection)
             .await?;
+        webhooks::batch_ended(connection, id, batch.state.ended().as_str(), now).await?;
         // The end is a change that others wait for.
         fed.settled += 1;
     }

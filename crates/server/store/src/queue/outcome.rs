@@ -5,7 +5,7 @@ use sqlx::{AnyConnection, Row};
 
 use super::{AttemptOutcome, Lease, guard, milliseconds, move_job};
 use crate::lifecycle::{Failure, JobEvent, JobState};
-use crate::{StoreError, artifacts, database, datasets, events, executions, recordings};
+use crate::{StoreError, artifacts, database, datasets, events, executions, recordings, webhooks};
 use scene::JobId;
 
 /// Ends an attempt at a job.
@@ -126,15 +126,17 @@ pub(super) async fn finish(
     }
 }
 
-/// The event about the success of a job. It comes after what locks a recording: in PostgreSQL, a second change of a
-/// job's row in a transaction shares the lock of the recording's row, and of several that share it none gets it alone.
+/// The event about the success of a job, and what webhooks are sent. It comes after what locks a recording: in
+/// PostgreSQL, a second change of a job's row in a transaction shares the lock of the recording's row, and of several
+/// that share it none gets it alone.
 async fn append_success(
     connection: &mut AnyConnection,
     job_id: &JobId,
     data: &Value,
     now_ms: i64,
 ) -> Result<(), StoreError> {
-    events::append(connection, job_id, now_ms, "job_succeeded", data).await
+    events::append(connection, job_id, now_ms, "job_succeeded", data).await?;
+    webhooks::job_ended(connection, job_id, now_ms).await
 }
 
 /// Fails a job and what it works on; the event about it carries the diagnosis, if there is one.
@@ -156,6 +158,7 @@ pub(super) async fn fail(
             data["diagnosis"] = diagnosis;
         }
         events::append(connection, job_id, now_ms, "job_failed", &data).await?;
+        webhooks::job_ended(connection, job_id, now_ms).await?;
     }
     Ok(state)
 }

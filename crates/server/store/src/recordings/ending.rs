@@ -9,7 +9,7 @@ use super::dataset::drop_dataset;
 use super::events::append;
 use super::schedule::{Locked, drop_jobs, lock, lock_recording};
 use super::{RecordingEventKind, RecordingState};
-use crate::StoreError;
+use crate::{StoreError, webhooks};
 use scene::{JobId, RecordingId};
 
 /// Ends the recording of an assembling job that has succeeded, with a summary as JSON.
@@ -28,7 +28,7 @@ pub(crate) async fn finish(
         .bind(recording.id.as_str())
         .execute(&mut *connection)
         .await?;
-    append(connection, &recording.id, now_ms, RecordingEventKind::Finished, Map::new()).await
+    tell(connection, &recording.id, now_ms, RecordingEventKind::Finished, Map::new()).await
 }
 
 /// Ends the recording of a job that failed, without a dataset.
@@ -52,7 +52,7 @@ pub(crate) async fn fail(
     end(connection, &recording.id, RecordingState::Failed, Some(job_id), now_ms).await?;
     let failure = json!({ "code": code, "message": message });
     let fields = Map::from_iter([("failure".to_owned(), failure)]);
-    append(connection, &recording.id, now_ms, RecordingEventKind::Failed, fields).await
+    tell(connection, &recording.id, now_ms, RecordingEventKind::Failed, fields).await
 }
 
 /// Ends the recording of a job that was cancelled.
@@ -77,7 +77,19 @@ pub(super) async fn cancel(
 ) -> Result<(), StoreError> {
     lock_recording(connection, id).await?;
     end(connection, id, RecordingState::Cancelled, but, now_ms).await?;
-    append(connection, id, now_ms, RecordingEventKind::Cancelled, Map::new()).await
+    tell(connection, id, now_ms, RecordingEventKind::Cancelled, Map::new()).await
+}
+
+/// The event of an end, and what webhooks are sent.
+async fn tell(
+    connection: &mut AnyConnection,
+    id: &RecordingId,
+    now_ms: i64,
+    kind: RecordingEventKind,
+    fields: Map<String, Value>,
+) -> Result<(), StoreError> {
+    append(connection, id, now_ms, kind, fields).await?;
+    webhooks::recording_ended(connection, id, now_ms).await
 }
 
 async fn end(

@@ -10,7 +10,7 @@ use scene::SceneId;
 
 /// Scenes that one query finds.
 const PAGE_SCENES: i64 = 100;
-/// Idempotency keys, or checkpoints, of one transaction.
+/// Idempotency keys, deliveries, or checkpoints, of one transaction.
 const PAGE_KEYS: i64 = 1000;
 /// Pages that one transaction returns, 4 KiB each.
 const RETURNED_PAGES: i64 = 500;
@@ -45,6 +45,27 @@ const JOBS_OF_DATASETS: JobRemoval = JobRemoval {
         AND id <> COALESCE((SELECT job_id FROM datasets WHERE datasets.id = jobs.dataset_id), '')
         AND NOT EXISTS (SELECT 1 FROM jobs AS later WHERE later.retry_of = jobs.id)",
     statements: &["DELETE FROM events WHERE job_id = $1", "DELETE FROM jobs WHERE id = $1"],
+};
+
+/// Rows that a sweep removes at a time.
+struct ExpiredRows {
+    table: &'static str,
+    /// Columns of the primary key.
+    key: &'static str,
+    /// On a row, with the time `$1`.
+    condition: &'static str,
+}
+
+const IDEMPOTENCY_KEYS: ExpiredRows =
+    ExpiredRows { table: "idempotency", key: "tenant_id, key", condition: "expires_at <= $1" };
+
+/// One that waits for its next attempt stays, as long as its webhook sends.
+const DELIVERIES: ExpiredRows = ExpiredRows {
+    table: "deliveries",
+    key: "id",
+    condition: "created_at <= $1
+        AND (state <> 'waiting' OR NOT EXISTS (SELECT 1 FROM webhooks WHERE webhooks.id = deliveries.webhook_id
+                                               AND webhooks.disabled_reason IS NULL))",
 };
 
 /// The statements that remove the last rows of a scene, in the order that their references want.
@@ -106,7 +127,8 @@ impl Store {
             .each_scene(&quarantined, before(settings.quarantined_hours), dry_run, Treatment::RemoveBundle)
             .await?;
 
-        report.idempotency_keys = self.remove_idempotency_keys(now, dry_run).await?;
+        report.idempotency_keys = self.remove_pages(&IDEMPOTENCY_KEYS, now, dry_run).await?;
+        report.deliveries = self.remove_pages(&DELIVERIES, before(settings.delivery_hours), dry_run).await?;
         report.executions =
             self.remove_jobs(&EXECUTIONS, before(settings.intermediate_hours), dry_run).await?;
         report.dataset_jobs =
@@ -287,27 +309,30 @@ impl Store {
         }
     }
 
-    async fn remove_idempotency_keys(&self, now: i64, dry_run: bool) -> Result<u64, StoreError> {
+    /// Removes the rows of a table that a condition selects, with `$1` = `time_ms`, a page at a time; their number.
+    async fn remove_pages(
+        &self,
+        rows: &'static ExpiredRows,
+        time_ms: i64,
+        dry_run: bool,
+    ) -> Result<u64, StoreError> {
+        let ExpiredRows { table, key, condition } = rows;
         if dry_run {
-            let count: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM idempotency WHERE expires_at <= $1")
-                .bind(now)
-                .fetch_one(&self.readers)
-                .await?;
-            return Ok(count.max(0) as u64);
+            let query = format!("SELECT COUNT(*) FROM {table} WHERE {condition}");
+            let count: i64 =
+                sqlx::query_scalar(AssertSqlSafe(query)).bind(time_ms).fetch_one(&self.readers).await?;
+            return Ok(count.unsigned_abs());
         }
+        let removal = format!(
+            "DELETE FROM {table} WHERE ({key}) IN (SELECT {key} FROM {table} WHERE {condition} LIMIT $2)"
+        );
         let mut count = 0;
         loop {
-            let removed = self.writer.write("remove idempotency keys", move |connection| {
+            let removal = removal.clone();
+            let removed = self.writer.write("remove rows whose time is over", move |connection| {
                 Box::pin(async move {
-                    let done = sqlx::query(
-                        "DELETE FROM idempotency WHERE (tenant_id, key) IN
-                           (SELECT tenant_id, key FROM idempotency WHERE expires_at <= $1 LIMIT $2)",
-                    )
-                    .bind(now)
-                    .bind(PAGE_KEYS)
-                    .execute(connection)
-                    .await?;
-                    Ok(done.rows_affected())
+                    let removed = sqlx::query(AssertSqlSafe(removal)).bind(time_ms).bind(PAGE_KEYS);
+                    Ok(removed.execute(connection).await?.rows_affected())
                 })
             });
             let removed = removed.await?;

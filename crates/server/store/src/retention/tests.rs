@@ -28,6 +28,7 @@ fn retention() -> RetentionSettings {
         failed_recording_hours: 0,
         failed_dataset_hours: 0,
         dataset_job_hours: 0,
+        delivery_hours: 1,
     }
 }
 

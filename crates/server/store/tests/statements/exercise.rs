@@ -1,5 +1,5 @@
 //! All that a store does, once: submissions, lists with every filter and a second page, claims, stages, calls, ends,
-//! batches, datasets, recordings, keys, removals.
+//! batches, datasets, recordings, keys, webhooks, removals.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -29,12 +29,16 @@ use store::recordings::{
 use store::retention::RetentionSettings;
 use store::scenes::{NewScene, SceneFilter, SubmitOutcome};
 use store::scopes::ScopeSet;
+use store::webhooks::{
+    AttemptEnd, AttemptReport, CreateOutcome, DeliveryFilter, DeliveryState, NewWebhook, WebhookRow,
+};
 use store::{DEFAULT_TENANT, Digest, Lease, Store};
 
 const LEASE: Duration = Duration::from_secs(60);
 
 /// Runs it all.
 pub async fn all(store: &Store) {
+    let webhook = webhook(store).await;
     let (scene, job) = jobs(store).await;
     lists(store, &scene, &job).await;
     batches_of_requests(store).await;
@@ -42,6 +46,7 @@ pub async fn all(store: &Store) {
     recordings(store, &scene).await;
     executions(store, &scene).await;
     principals(store).await;
+    webhooks(store, webhook).await;
     operators(store).await;
     removals(store, &scene).await;
 }
@@ -467,6 +472,43 @@ async fn principals(store: &Store) {
     }
 }
 
+fn new_webhook() -> NewWebhook {
+    let url = "https://example.org/hook".to_owned();
+    NewWebhook { tenant_id: DEFAULT_TENANT.clone(), url, description: String::new(), events: Vec::new() }
+}
+
+/// A webhook that all that happens is told to.
+async fn webhook(store: &Store) -> WebhookRow {
+    match store.create_webhook(new_webhook()).await.unwrap().0 {
+        CreateOutcome::Created(webhook) => webhook,
+        CreateOutcome::TooMany => panic!("it is the first one"),
+    }
+}
+
+/// Deliveries of what has happened, and changes of their webhook.
+async fn webhooks(store: &Store, webhook: WebhookRow) {
+    let id = webhook.id.clone();
+    for end in [AttemptEnd::Delivered, AttemptEnd::Failed { max_failures: 9 }] {
+        let due = store.claim_deliveries(LEASE, 9).await.unwrap().pop().unwrap();
+        let report = AttemptReport { status: Some(204), error: None, duration: LEASE, end };
+        assert!(store.end_attempt(&due, report).await.unwrap());
+        store.replay_delivery(&DEFAULT_TENANT, &id, &due.id).await.unwrap();
+    }
+    let uuid = "01981f3a-0000-7000-8000-000000000000".to_owned();
+    for before_uuid in [None, Some(uuid)] {
+        for state in [None, Some(DeliveryState::Waiting)] {
+            let filter = DeliveryFilter { state, before_uuid: before_uuid.clone(), limit: 9 };
+            store.deliveries(&DEFAULT_TENANT, &id, filter).await.unwrap();
+        }
+    }
+    store.test_webhook(&DEFAULT_TENANT, &id).await.unwrap();
+    store.renew_webhook_secret(&DEFAULT_TENANT, &id).await.unwrap();
+    assert_eq!(store.webhooks(&DEFAULT_TENANT).await.unwrap().len(), 1);
+    let webhook = store.webhook(&DEFAULT_TENANT, &id).await.unwrap().unwrap();
+    store.change_webhook(&DEFAULT_TENANT, webhook, new_webhook(), false).await.unwrap();
+    store.delete_webhook(&DEFAULT_TENANT, &id).await.unwrap();
+}
+
 async fn operators(store: &Store) {
     store.set_paused(true, "test").await.unwrap();
     store.queue_status().await.unwrap();
@@ -520,6 +562,7 @@ async fn removals(store: &Store, scene: &SceneId) {
         failed_recording_hours: 1,
         failed_dataset_hours: 1,
         dataset_job_hours: 1,
+        delivery_hours: 1,
     };
     for is_dry_run in [true, false, false] {
         store.sweep(&retention, is_dry_run).await.unwrap().unwrap();
