@@ -15,6 +15,7 @@ mod minute_counts;
 pub mod session;
 pub mod keys;
 pub mod audit;
+pub mod webhooks;
 mod error;
 pub mod views;
 mod query;
@@ -348,6 +349,29 @@ fn job_routes() -> Vec<Route> {
         route::delete("/keys/{key_id}", keys::revoke, operations::revoke_key).needs(Scope::Admin),
         route::get("/audit", audit::list, operations::list_audit).needs(Scope::Admin),
         route::get("/audit/lines", audit::lines, operations::export_audit).needs(Scope::Admin),
+        route::post("/webhooks", webhooks::create, operations::create_webhook).needs(Scope::Admin),
+        route::get("/webhooks", webhooks::list, operations::list_webhooks).needs(Scope::Admin),
+        route::get("/webhooks/{webhook_id}", webhooks::show, operations::get_webhook).needs(Scope::Admin),
+        route::patch("/webhooks/{webhook_id}", webhooks::change, operations::change_webhook)
+            .needs(Scope::Admin),
+        route::delete("/webhooks/{webhook_id}", webhooks::remove, operations::delete_webhook)
+            .needs(Scope::Admin),
+        route::post(
+            "/webhooks/{webhook_id}/secret",
+            webhooks::renew_secret,
+            operations::renew_webhook_secret,
+        )
+        .needs(Scope::Admin),
+        route::post("/webhooks/{webhook_id}/test", webhooks::test, operations::test_webhook)
+            .needs(Scope::Admin),
+        route::get("/webhooks/{webhook_id}/deliveries", webhooks::deliveries, operations::list_deliveries)
+            .needs(Scope::Admin),
+        route::post(
+            "/webhooks/{webhook_id}/deliveries/{delivery_id}/replay",
+            webhooks::replay,
+            operations::replay_delivery,
+        )
+        .needs(Scope::Admin),
         route::get("/healthz", probes::healthz, operations::healthz).public(),
         route::get("/readyz", probes::readyz, operations::readyz).public(),
         route::get("/metrics", probes::metrics, operations::metrics).needs(Scope::Operate),

@@ -14,6 +14,7 @@ pub mod activity;
 pub mod terms;
 pub mod submission;
 pub mod scene_labels;
+pub mod webhooks;
 mod request_settings;
 pub mod image;
 mod json_detail;

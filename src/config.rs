@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use crate::pipeline::certify::{AppraiseSettings, FidelitySettings, HealthSettings};
 use crate::pipeline::preview::PreviewSettings;
 use crate::pipeline::resolve::NoSpaceSettings;
-use crate::{api, worker};
+use crate::{api, webhooks, worker};
 use embedded::image_generator::ImageGeneratorSettings;
 use embedded::layout::LayoutSettings;
 use embedded::single_view_reconstruction::SizeSettings;
@@ -57,6 +57,7 @@ pub struct Config {
     pub worker: worker::Settings,
     pub queue: store::queue::Settings,
     pub batches: store::batches::Settings,
+    pub webhooks: webhooks::Settings,
     pub compute: ComputeSettings,
     pub log: LogSettings,
     pub telemetry: TelemetrySettings,

@@ -46,3 +46,6 @@ pub mod freezer;
 // 5. Robots do tasks in them, and their demonstrations become a dataset.
 pub mod executor;
 pub mod recorder;
+
+// 6. What has ended is told to those who asked for it.
+pub mod webhooks;

@@ -22,6 +22,7 @@ use crate::config::Resolved;
 use crate::executor::Executor;
 use crate::freezer::Freezer;
 use crate::recorder::Recorder;
+use crate::webhooks;
 use crate::worker::{BuildScene, Worker};
 use runtime::CpuPool;
 use store::{Intent, Store};
@@ -165,6 +166,8 @@ fn worker(resolved: &Resolved, data_dir: &Path, store: &Store, cpu: &CpuPool, bu
 fn start_background(resolved: &Resolved, store: &Store, draining: &CancellationToken) {
     upkeep::start(store, &resolved.config, draining);
     feeding::start(store, &App::new(resolved), draining);
+    let poll = Duration::from_millis(resolved.config.worker.poll_ms);
+    webhooks::start(store, &resolved.config.webhooks, poll, draining);
 }
 
 fn address_of(listener: &TcpListener, stated: &str) -> Result<SocketAddr, AppError> {

@@ -37,6 +37,8 @@ GROUPS = [
 LEFT_OUT = {
     ("README.md", "make demo    # builds, starts the server, makes one scene from a sentence and one from an image, unpacks both to out/"):
         "`make test` is what runs these fences",
+    ("docs/user_guide.md", "curl -s localhost:8080/webhooks -H 'content-type: application/json' \\"):
+        "would send to example.org; tests/it/api/webhooks.rs sends",
     ("docs/user_guide.md", "tabletopgen-lab evaluate --set layout --difficulty clean      "
      "# 78 scenes: yaw, position, scale against ground truth"):
         "takes hours; the bars run them",

@@ -76,6 +76,7 @@ fn tags() -> Value {
         ("episodes", "Demonstrations of robots in a finished scene, recorded as datasets for policies."),
         ("jobs", "Operations on scenes, their stages and their events."),
         ("access", "Sessions of browsers, keys, and the record of changes."),
+        ("webhooks", "Addresses that events are sent to, signed by Standard Webhooks."),
         ("service", "Health, metrics, version, contract."),
     ];
     tags.map(|(name, description)| json!({ "name": name, "description": description })).into_iter().collect()
@@ -93,8 +94,8 @@ fn headers() -> Value {
             "schema": { "type": "string", "examples": ["wait=30"] },
         },
         "ETag": {
-            "description": "The SHA-256 of the whole, or of the scene without its job, stages, artifacts and spending; \
-                            quoted.",
+            "description": "The SHA-256 of the whole, or of the scene without its job, stages, artifacts and spending, or \
+                            of the webhook without its secret; quoted.",
             "schema": { "type": "string", "pattern": "^\"[0-9a-f]{64}\"$" },
         },
         "SetCookie": {

@@ -15,7 +15,7 @@ use super::body_memory::Reservation;
 use super::json_body::{MAX_SMALL_BODY_BYTES, media_type, parse_apart};
 use super::principal::Principal;
 use crate::problem::{Problem, ProblemType};
-use scene::{BatchId, DatasetId, JobId, KeyId, RecordingId, SceneId, TenantId};
+use scene::{BatchId, DatasetId, JobId, KeyId, RecordingId, SceneId, TenantId, WebhookId};
 
 /// The state that handlers share, on behalf of the tenant that a request comes from.
 #[derive(Clone)]
@@ -73,6 +73,10 @@ impl ResourceId for KeyId {
 
 impl ResourceId for RecordingId {
     const NAME: &str = "recording of episodes";
+}
+
+impl ResourceId for WebhookId {
+    const NAME: &str = "webhook";
 }
 
 /// The id in a path, its first parameter. A text that is no id identifies nothing.

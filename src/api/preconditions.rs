@@ -1,4 +1,4 @@
-//! Conditions of changes: `If-Match` with the `ETag` of the scene that a client has read.
+//! Conditions of changes: `If-Match` with the `ETag` of what a client has read.
 
 use std::convert::Infallible;
 
@@ -61,7 +61,7 @@ impl Describe for IfMatch {
     fn describe(operation: &mut Operation<'_>) {
         operation.header(
             "If-Match",
-            "Changes the scene only if it still has this `ETag`.",
+            "Changes it only if it still has this `ETag`.",
             &json!({ "type": "string" }),
         );
         operation.refuses(&[412]);

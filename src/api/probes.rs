@@ -89,6 +89,7 @@ pub async fn metrics(State(api): State<Api>) -> Response {
     }
     let waited = depth.map_or(f64::NAN, |depth| depth.longest_wait.as_secs_f64());
     metrics::gauge!("tabletopgen_oldest_queued_job_seconds").set(waited);
+    metrics::gauge!("tabletopgen_webhook_deliveries_waiting").set(count(depth.map(|depth| depth.deliveries)));
     let is_out = api.store.outage().borrow().is_some();
     metrics::gauge!("tabletopgen_store_outage").set(f64::from(u8::from(is_out)));
     metrics::gauge!("tabletopgen_body_memory_limit_bytes").set(api.settings.body_memory_bytes as f64);

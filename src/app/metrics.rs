@@ -156,6 +156,16 @@ pub const METRICS: &[Metric] = &[
         "Cost of calls, millionths of a US dollar; the reservation where the price is not known",
     ),
     counter(
+        "tabletopgen_webhook_attempts_total",
+        &["outcome"],
+        "Events sent to webhooks, every attempt counted: delivered, retried or failed for good",
+    ),
+    gauge(
+        "tabletopgen_webhook_deliveries_waiting",
+        &[],
+        "Events that wait to be sent to webhooks, of all processes of the store",
+    ),
+    counter(
         "tabletopgen_span_exports_total",
         &["outcome"],
         "Batches of spans for the collector: sent or failed",
@@ -253,6 +263,9 @@ fn start_at_zero() {
     }
     for operation in ["read", "write"] {
         metrics::counter!("tabletopgen_blob_failures_total", "operation" => operation).increment(0);
+    }
+    for outcome in ["delivered", "retried", "failed"] {
+        metrics::counter!("tabletopgen_webhook_attempts_total", "outcome" => outcome).increment(0);
     }
     for outcome in ["sent", "failed"] {
         metrics::counter!("tabletopgen_span_exports_total", "outcome" => outcome).increment(0);

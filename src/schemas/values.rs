@@ -78,6 +78,9 @@ pub struct Label;
 /// Name of a tenant.
 pub struct TenantName;
 
+/// Id of a delivery to a webhook.
+pub struct MessageId;
+
 in_place! {
     Id { "type": "string", "format": "uuid" }
     Link { "type": "string", "format": "uri-reference" }
@@ -85,6 +88,7 @@ in_place! {
     Sha256 { "type": "string", "pattern": "^[0-9a-f]{64}$" }
     Code { "type": "string", "pattern": "^[a-z0-9_]+$" }
     TenantName { "type": "string", "pattern": "^[A-Za-z0-9_-]{1,64}$" }
+    MessageId { "type": "string", "pattern": "^msg_[0-9a-f-]{36}$" }
     Label { "type": "string", "pattern": LABEL_PATTERN }
 }
 

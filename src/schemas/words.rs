@@ -45,6 +45,8 @@ words! {
      made again. `restarted`: all attempts so far were dropped, as a process of another version or machine goes on. \
      `assembling`: no attempt is missing, and the dataset is written; it comes again after a lost attempt."
         RecordingEventKind = store::recordings::RecordingEventKind::ALL.map(store::recordings::RecordingEventKind::as_str);
+    "State of a delivery to a webhook."
+        DeliveryState = store::webhooks::DeliveryState::ALL.map(store::webhooks::DeliveryState::as_str);
     "State of a batch; `finished` and `cancelled` are final unless it is retried."
         BatchState = batches::BatchState::ALL.map(batches::BatchState::as_str);
     "State of a request of a batch." RequestState = batches::RequestState::ALL.map(batches::RequestState::as_str);

@@ -28,3 +28,4 @@ mod event_streams;
 mod hosts;
 mod access;
 mod sessions;
+mod webhooks;

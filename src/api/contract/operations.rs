@@ -7,6 +7,7 @@ mod episodes;
 mod jobs;
 mod scenes;
 mod service;
+mod webhooks;
 
 pub use access::*;
 pub use batches::*;
@@ -15,3 +16,4 @@ pub use episodes::*;
 pub use jobs::*;
 pub use scenes::*;
 pub use service::*;
+pub use webhooks::*;

@@ -12,6 +12,7 @@ use store::executions::{NewExecution, SubmitExecutionOutcome};
 use store::keys::NewKey;
 use store::recordings::{NewRecording, SubmitRecordingOutcome};
 use store::scopes::{Scope, ScopeSet};
+use store::webhooks::{CreateOutcome, NewWebhook, OrderOutcome};
 use store::{DEFAULT_TENANT, Digest, Store};
 use tabletopgen::api;
 
@@ -121,6 +122,14 @@ async fn everything(server: &Server, authorization: &str) -> BTreeMap<&'static s
         panic!("it has no key");
     };
     let (_, key_id) = key(server, "default", ScopeSet::all(), None).await;
+    let url = "https://example.org/hook".to_owned();
+    let tenant_id = DEFAULT_TENANT.clone();
+    let webhook = NewWebhook { tenant_id, url, description: String::new(), events: Vec::new() };
+    let (CreateOutcome::Created(webhook), _) = store.create_webhook(webhook).await.unwrap() else {
+        panic!("it is the first one");
+    };
+    let ordered = store.test_webhook(&DEFAULT_TENANT, &webhook.id).await.unwrap();
+    let OrderOutcome::Ordered(delivery) = ordered else { panic!("it is enabled") };
     BTreeMap::from([
         ("{scene_id}", scene_id),
         ("{job_id}", scene["job"]["id"].as_str().unwrap().to_owned()),
@@ -129,6 +138,8 @@ async fn everything(server: &Server, authorization: &str) -> BTreeMap<&'static s
         ("{recording_id}", recording_id.to_string()),
         ("{execution_id}", execution_id.to_string()),
         ("{key_id}", key_id),
+        ("{webhook_id}", webhook.id.to_string()),
+        ("{delivery_id}", delivery.id.to_string()),
         ("{*name}", "manifest.json".to_owned()),
         ("{format}", "lerobot".to_owned()),
     ])
@@ -149,7 +160,7 @@ fn tell(requests: &str, refused: usize, operations: usize) {
 /// All that the tenant has, as its lists say; times of the last use of keys apart.
 async fn state(server: &Server, authorization: &str) -> Value {
     let mut state = json!({});
-    for list in ["/scenes", "/jobs", "/batches", "/datasets", "/episodes", "/keys"] {
+    for list in ["/scenes", "/jobs", "/batches", "/datasets", "/episodes", "/keys", "/webhooks"] {
         let reply = server.call(Method::GET, list, &[("authorization", authorization)], "").await;
         assert_eq!(reply.status, 200, "{list}");
         state[list] = reply.json();

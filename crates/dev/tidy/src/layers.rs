@@ -213,6 +213,8 @@ pub const ROOT_MODULES: &[Layer] = &[
         ],
         &[SERVERS, CLIENTS, ROWS],
     ),
+    // Sends what the store has for addresses of clients.
+    layer("webhooks", &["background", "http_client", "store"], &[SERVERS, CLIENTS, ROWS]),
     // Starts loops that panicked again.
     layer("background", &[], &[SERVERS, CLIENTS, ROWS]),
     // What requests and jobs say of themselves in the log and in traces.
@@ -240,6 +242,7 @@ pub const ROOT_MODULES: &[Layer] = &[
             "schemas",
             "store",
             "vision",
+            "webhooks",
             "worker",
         ],
         &[SERVERS, CLIENTS, ROWS, TASKS],
