@@ -66,15 +66,16 @@ pub async fn change_labels(
 ) -> Result<SceneRow, Problem> {
     loop {
         let scene = present(store, tenant_id, scene_id).await?;
-        if !is_expected(&scene) {
-            let detail = "this scene is no longer as the If-Match header says; get it again, and send the change with \
-                          its new ETag";
-            return Err(Problem::new(ProblemType::PreconditionFailed, "scene_changed", detail));
-        }
         let labels = patch.applied_to(&scene.labels);
         let errors: Vec<FieldError> = violations(&labels).into_iter().map(field_error).collect();
         if !errors.is_empty() {
             return Err(Problem::invalid(errors));
+        }
+        // A precondition is about a request that would be accepted without it (RFC 9110, section 13.2.1).
+        if !is_expected(&scene) {
+            let detail = "this scene is no longer as the If-Match header says; get it again, and send the change with \
+                          its new ETag";
+            return Err(Problem::new(ProblemType::PreconditionFailed, "scene_changed", detail));
         }
         if labels == scene.labels {
             return Ok(scene);

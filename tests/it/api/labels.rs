@@ -47,6 +47,14 @@ async fn labels_change_by_a_merge_patch() {
 }
 
 #[tokio::test]
+async fn labels_that_no_scene_may_have_are_refused_before_a_precondition() {
+    let server = Server::start(&Script::new(&[])).await;
+    let path = labeled(&server).await;
+    let refused = patch(&server, &path, &[("if-match", "\"other\"")], &json!({ "labels": { "": "" } })).await;
+    assert_eq!(refused.status, 422, "{refused:?}");
+}
+
+#[tokio::test]
 async fn a_change_for_another_state_is_refused() {
     let server = Server::start(&Script::new(&[])).await;
     let path = labeled(&server).await;
