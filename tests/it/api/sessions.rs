@@ -172,6 +172,7 @@ async fn administrators_manage_the_keys_of_their_tenant_and_the_operator_those_o
         (json!({ "name": "a", "scopes": [] }), "/scopes"),
         (json!({ "name": "a", "scopes": ["all"] }), "/scopes"),
         (json!({ "name": "a", "scopes": ["read"], "expires_in_s": 1 }), "/expires_in_s"),
+        (json!({ "name": "a", "scopes": ["read", "read", "read", "read", "read", "read"] }), "/scopes"),
         (json!({ "name": "a", "scopes": ["read"], "tenant": "a b" }), "/tenant"),
     ] {
         let refused = with(&server, Method::POST, "/keys", &admin, wrong.clone()).await;

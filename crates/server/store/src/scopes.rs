@@ -47,10 +47,14 @@ impl fmt::Display for Scope {
 
 /// The text is no list of scopes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0:?} is no scope; scopes are read, submit, delete, operate and admin")]
-pub struct InvalidScope(String);
+pub enum InvalidScope {
+    #[error("{0:?} is no scope; scopes are read, submit, delete, operate and admin")]
+    Word(String),
+    #[error("must not have more scopes than there are")]
+    TooMany,
+}
 
-/// Scopes; serialized as a list of words.
+/// Scopes; serialized as a list of words, at most as many as there are scopes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<String>", into = "Vec<&'static str>")]
 pub struct ScopeSet(BTreeSet<Scope>);
@@ -74,7 +78,9 @@ impl ScopeSet {
     ///
     /// [`InvalidScope`] for any other word.
     pub fn parse(text: &str) -> Result<Self, InvalidScope> {
-        words(text).map(|word| Scope::parse(word).ok_or_else(|| InvalidScope(word.to_owned()))).collect()
+        words(text)
+            .map(|word| Scope::parse(word).ok_or_else(|| InvalidScope::Word(word.to_owned())))
+            .collect()
     }
 
     /// The scopes among words of another system, such as the groups of an identity provider.
@@ -104,7 +110,10 @@ impl TryFrom<Vec<String>> for ScopeSet {
     type Error = InvalidScope;
 
     fn try_from(words: Vec<String>) -> Result<Self, InvalidScope> {
-        words.into_iter().map(|word| Scope::parse(&word).ok_or(InvalidScope(word))).collect()
+        if words.len() > Scope::ALL.len() {
+            return Err(InvalidScope::TooMany);
+        }
+        words.into_iter().map(|word| Scope::parse(&word).ok_or(InvalidScope::Word(word))).collect()
     }
 }
 
