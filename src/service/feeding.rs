@@ -4,7 +4,7 @@
 //! It keeps nothing in memory, and each of its steps is one transaction, so any number of processes may feed the same
 //! batches, and any of them may die at any time.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tokio_util::sync::CancellationToken;
 
@@ -20,7 +20,10 @@ use store::{Store, StoreError};
 const BUNDLED_CHANGES: Duration = Duration::from_millis(20);
 
 /// Requests of a recipe that get their rows together.
-const EXPANDED_TOGETHER: usize = 1000;
+const EXPANDED_TOGETHER: usize = 200;
+
+/// Longest pause after a batch was fed.
+const LONGEST_REST: Duration = Duration::from_secs(1);
 
 /// Feeds from now on until `shutdown`.
 pub fn start(store: &Store, app: &App, shutdown: &CancellationToken) {
@@ -63,17 +66,23 @@ async fn feed_until_shutdown(feeder: Feeder, poll: Duration, shutdown: Cancellat
     }
 }
 
-/// Feeds each batch once; one of many items takes no longer than the others.
+/// Feeds each batch once; one of many items takes no longer than the others. The feeder rests as long as it worked:
+/// submissions and turns of other tenants wait for the same writer.
 async fn feed(feeder: &Feeder) -> Result<(), StoreError> {
     let Feeder { store, rules, .. } = feeder;
     let mut batches = store.active_batches().await?;
     while !batches.is_empty() {
         let mut unfinished = Vec::new();
         for batch in batches {
-            expand(feeder, &batch).await?;
+            let began = Instant::now();
+            let is_expanded = expand(feeder, &batch).await?;
             let fed = store.feed_batch(&batch, rules.clone()).await?;
-            if fed.submitted > 0 || fed.settled > 0 {
+            let is_fed = fed.submitted > 0 || fed.settled > 0;
+            if is_fed {
                 tracing::debug!(batch_id = %batch, submitted = fed.submitted, settled = fed.settled, "fed a batch");
+            }
+            if is_expanded || is_fed {
+                tokio::time::sleep(began.elapsed().min(LONGEST_REST)).await;
             }
             if fed.has_more {
                 unfinished.push(batch);
@@ -84,9 +93,9 @@ async fn feed(feeder: &Feeder) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// Gives requests of a recipe their rows, where few of the batch wait.
-async fn expand(Feeder { store, app, rules }: &Feeder, batch: &BatchId) -> Result<(), StoreError> {
-    let Some(rest) = store.recipe_to_expand(batch, rules.window).await? else { return Ok(()) };
+/// Gives requests of a recipe their rows, where few of the batch wait. Whether it did.
+async fn expand(Feeder { store, app, rules }: &Feeder, batch: &BatchId) -> Result<bool, StoreError> {
+    let Some(rest) = store.recipe_to_expand(batch, rules.window).await? else { return Ok(false) };
     let reader = BatchReader { app: app.clone() };
     let expanding = tokio::task::spawn_blocking(move || {
         let (items, is_last) = reader.expand(&rest, EXPANDED_TOGETHER);
@@ -94,11 +103,12 @@ async fn expand(Feeder { store, app, rules }: &Feeder, batch: &BatchId) -> Resul
     });
     let Ok((rest, items, is_last)) = expanding.await else {
         tracing::error!(batch_id = %batch, "a bug stopped the reader of a recipe; trying again later");
-        return Ok(());
+        return Ok(false);
     };
     let (first_place, count) = (rest.first_place, items.len());
-    if store.expand_recipe(batch, rest, items, is_last).await? {
+    let is_expanded = store.expand_recipe(batch, rest, items, is_last).await?;
+    if is_expanded {
         tracing::debug!(batch_id = %batch, first_place, count, "gave requests of a recipe their rows");
     }
-    Ok(())
+    Ok(is_expanded)
 }
