@@ -243,9 +243,9 @@ def page(report: dict, client: dict, typescript: str, given) -> str:
         f"{found.count} mismatches. `5xx or none` counts server errors and requests without an answer.\n\n"
         + table(columns, rows)
         + ("\n\n" + table(MISMATCH_COLUMNS, found.mismatches) if found.mismatches else "")
-        + "\n\nValid requests are answered with 4xx where the scene or the job is not there, is deleted (410) or in another "
-        "state (409), or the range is outside the file (416). Invalid requests are answered with 2xx where the value becomes a "
-        "valid one on its way, such as a number as text. `tests/contract/hooks.py` replaces what no schema can express in "
+        + "\n\nValid requests are answered with 4xx where the scene or the job is not there, is deleted (410), in another "
+        "state (409) or has changed (412), or the range is outside the file (416). Invalid requests are answered with 2xx where the "
+        "value becomes a valid one on its way, such as a number as text. `tests/contract/hooks.py` replaces what no schema can express in "
         "requests that are meant to be valid: bytes and addresses of images by those of a real image, texts that are only "
         "validated by ones that name an object, settings by the document's examples, times by coming ones, idempotency keys by "
         "new ones.\n\n"

@@ -9,6 +9,13 @@ import time
 ANSWER_SECONDS = 0.1
 
 
+class Vendor(http.server.ThreadingHTTPServer):
+    daemon_threads = True
+
+    def handle_error(self, request, client_address):
+        """Those who ask may go before they are answered."""
+
+
 class Refusing(http.server.BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
@@ -27,8 +34,7 @@ class Refusing(http.server.BaseHTTPRequestHandler):
 
 
 def serve(port):
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Refusing)
-    server.daemon_threads = True
+    server = Vendor(("127.0.0.1", 0), Refusing)
     port.send(server.server_address[1])
     server.serve_forever()
 
