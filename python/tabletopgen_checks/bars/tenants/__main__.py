@@ -15,7 +15,7 @@ from tabletopgen_checks.bars.page import arguments, table, write_section
 from tabletopgen_checks.bars.reliability.bench import STORES
 from tabletopgen_checks.bars.reliability.part import yes
 from tabletopgen_checks.bars.run import run
-from tabletopgen_checks.bars.tenants import DEPENDS_ON, browser, deletion, fuzzing, key_cost, matrix, soak, traces
+from tabletopgen_checks.bars.tenants import DEPENDS_ON, browser, deletion, fuzzing, key_cost, matrix, soak, traces, webhooks
 from tabletopgen_checks.bars.tenants.bench import TenantBench
 from tabletopgen_checks.problem import Problem
 
@@ -25,6 +25,7 @@ PARTS = {
     "deletion": ("What deletion leaves", deletion.measure),
     "cost": ("What a key costs", key_cost.measure),
     "fuzzing": ("The contract with keys", fuzzing.measure),
+    "webhooks": ("Receivers of webhooks that misbehave", webhooks.measure),
     "browser": ("Pages of other origins", browser.measure),
     "secrets": ("Where secrets go", traces.measure),
 }

@@ -127,8 +127,8 @@ def seen(browser: str, api, key: str, name: str, pages: Pages) -> list:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         command = [browser, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", f"--user-data-dir={profile}"]
         # It would not end by itself. Its many complaints about what a desktop has and this machine has not are left out.
-        quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        process = subprocess.Popen([*command, pages.origin], start_new_session=True, **quiet)
+        nothing = subprocess.DEVNULL
+        process = subprocess.Popen([*command, pages.origin], stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True)
         try:
             found = pages.found.get(timeout=PAGE_SECONDS)
         except queue.Empty:
