@@ -16,7 +16,7 @@ from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import PYTHON, ROOT
 from tabletopgen_checks.virtual_environment import environment_of
 
-FOLDERS = ("python", "benches", "docker", "tests", "training")
+FOLDERS = ("python", "benches", "clients", "docker", "tests", "training")
 
 
 def check(target: Path) -> str:

@@ -9,6 +9,7 @@ use crate::source::root;
 const FOLDERS: &[&str] = &[
     ".ci",
     "benches",
+    "clients",
     "config",
     "crates",
     "docker",

@@ -110,7 +110,7 @@ pub fn tree() -> Vec<Source> {
 pub fn folders() -> Vec<PathBuf> {
     let parts = ["src", "tests", "benches", "examples"];
     let mut folders: Vec<PathBuf> = parts.iter().map(PathBuf::from).collect();
-    folders.extend(["fuzz/fuzz_targets", "python", "docker", "training"].map(PathBuf::from));
+    folders.extend(["fuzz/fuzz_targets", "clients", "python", "docker", "training"].map(PathBuf::from));
     folders.extend(packages().iter().flat_map(|package| parts.map(|part| package.folder().join(part))));
     folders
 }

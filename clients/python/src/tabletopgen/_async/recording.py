@@ -1,0 +1,95 @@
+"""Demonstrations of a robot in a scene, recorded as a dataset."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+from tabletopgen import _archive, _requests, models
+from tabletopgen._async.connection import AsyncConnection
+from tabletopgen._progress import Bar
+from tabletopgen._requests import escaped, get, post
+from tabletopgen.errors import WorkFailedError
+
+RECORDING_ENDED = ("finished", "failed", "cancelled")
+LEROBOT = "lerobot-"
+
+
+class AsyncRecording:
+    """A recording as the server knew it when it was asked last; `refresh` asks again."""
+
+    def __init__(self, connection: AsyncConnection, data: models.Recording):
+        self._connection = connection
+        #: Everything that the server says of it.
+        self.data = data
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.id} {self.state}>"
+
+    @property
+    def id(self) -> str:
+        """The UUID of the recording."""
+        return str(self.data.id)
+
+    @property
+    def state(self) -> str:
+        """`finished`, `failed` and `cancelled` are final."""
+        return self.data.state
+
+    @property
+    def formats(self) -> list[str]:
+        """Formats of the finished dataset."""
+        return [one.format for one in self.data.dataset.formats] if self.data.dataset else []
+
+    async def refresh(self) -> AsyncRecording:
+        """The same recording, as it is now."""
+        self.data = await self._connection.ask(get(f"/episodes/{self.id}"), models.Recording)
+        return self
+
+    def events(self, after: int = 0, timeout_secs: float | None = None) -> AsyncIterator[models.RecordingEvent]:
+        """Events as they happen, until the recording has ended; `after` is the `seq` of the last one seen."""
+        return self._connection.events(
+            f"/episodes/{self.id}/events",
+            models.RecordingEvent,
+            lambda event: event.kind in RECORDING_ENDED,
+            after,
+            timeout_secs,
+        )
+
+    async def wait(self, timeout_secs: float | None = None, *, progress: bool | None = None) -> AsyncRecording:
+        """The recording once it is finished. Raises `WorkFailedError` where it failed or was cancelled."""
+        shown, attempts = self._connection.progress if progress is None else progress, 0
+        with Bar(shown, "attempts") as bar:
+            async for event in self.events(timeout_secs=timeout_secs):
+                attempts += event.kind == "attempt"
+                bar.show(attempts, event.kind)
+        await self.refresh()
+        if self.state != "finished":
+            raise WorkFailedError(f"recording {self.id}", self.data.failure, self.state)
+        return self
+
+    def files(self) -> AsyncIterator[models.DatasetFile]:
+        """The files of the dataset, in every format."""
+        path, parse = f"/episodes/{self.id}/files", models.RecordingFilePage.model_validate_json
+        return self._connection.pages(path, parse, lambda page: page.files)
+
+    async def download(self, folder: str | Path, format: str | None = None) -> Path:
+        """The dataset in a format, or in its first one, unpacked into a folder; that folder."""
+        path = f"/episodes/{self.id}/archives/{escaped(format or self.formats[0])}"
+        return await self._connection.unpacked(path, folder, _archive.unpack_tar)
+
+    async def to_lerobot(self, folder: str | Path) -> Path:
+        """The dataset for LeRobot, in a folder to give as `root` to `LeRobotDataset`."""
+        format = next((name for name in self.formats if name.startswith(LEROBOT)), None)
+        if format is None:
+            raise ValueError(f"recording {self.id} has no format for LeRobot but {', '.join(self.formats) or 'none yet'}")
+        return await self.download(folder, format)
+
+    async def cancel(self) -> AsyncRecording:
+        """Cancels a recording that has not ended; its episodes so far are dropped."""
+        self.data = await self._connection.ask(post(f"/episodes/{self.id}/cancel", repeatable=True), models.Recording)
+        return self
+
+    async def delete(self) -> None:
+        """Deletes the recording with its dataset; deleting twice is fine."""
+        await self._connection.send(_requests.Request("DELETE", f"/episodes/{self.id}"))

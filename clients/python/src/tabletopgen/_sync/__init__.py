@@ -1,0 +1,1 @@
+"""The blocking client, which generate.py writes from the asynchronous one."""

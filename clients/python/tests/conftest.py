@@ -1,0 +1,47 @@
+"""A server of the program for all tests that want one: TABLETOPGEN_PROGRAM, or the program on PATH."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tabletopgen import Client, Scene
+
+SENTENCE = "A desk with a mug and an apple"
+# For programs that tests start.
+os.environ["PYTHONPATH"] = str(Path(__file__).resolve().parent.parent / "src")
+# A disk that loses power is not what is tested.
+SETTINGS = {"store.fsync": "false"}
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--sentences", type=int, default=30, help="sentences of the test of map; 1000 is the bar")
+
+
+@pytest.fixture(scope="session")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The program, which the clients of the tests find as the first one on PATH."""
+    named = os.environ.get("TABLETOPGEN_PROGRAM") or shutil.which("tabletopgen")
+    if not named:
+        pytest.fail("set TABLETOPGEN_PROGRAM to the program, such as target/debug/tabletopgen")
+    folder = tmp_path_factory.mktemp("bin")
+    (folder / "tabletopgen").symlink_to(Path(named).resolve())
+    os.environ["PATH"] = f"{folder}{os.pathsep}{os.environ['PATH']}"
+    return Path(named).resolve()
+
+
+@pytest.fixture(scope="session")
+def client(program: Path) -> Iterator[Client]:
+    """A client of a local server."""
+    with Client(settings=SETTINGS, progress=False) as made:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def made(client: Client) -> Scene:
+    """A finished scene."""
+    return client.generate(SENTENCE, seed=7, labels={"made": "once"}).wait()
