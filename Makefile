@@ -4,6 +4,7 @@
 # make programs  the README's examples of a sample scene in every program that can be installed; gigabytes
 # make fuzz    every parser of foreign bytes under libFuzzer, ten minutes each; wants a nightly toolchain
 # make build   the release binary
+# make wheel   the Python package with that binary, for pip
 # make train   synthetic images are rendered and the table network is trained on them; hours
 # make advisories  whether a known vulnerability is in Cargo.lock; asks a database on the network
 # make features  whether the program compiles without its optional parts, and with each of them alone
@@ -22,14 +23,17 @@ export PYTHONDONTWRITEBYTECODE := 1
 # Where Python finds the package of tests and measurements.
 export PYTHONPATH := $(CURDIR)/python
 
-.PHONY: help build lab demo test programs bars train fuzz advisories features pages
+.PHONY: help build lab wheel demo test programs bars train fuzz advisories features pages
 
 help:
-	@sed -n 's/^# //p' Makefile | head -10
+	@sed -n 's/^# //p' Makefile | head -11
 
 build:
 	@scripts/prerequisites.sh build
 	$(CARGO) build --release --locked --package tabletopgen
+
+wheel: build
+	@python="$$(scripts/prerequisites.sh wheel)" && "$$python" -m tabletopgen_checks.client wheel --target-dir "$(TARGET_DIR)"
 
 # The same with the benchmarks, the generator of training images and the mock vendors
 lab:

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Names what is missing before anything is started; prints the Python to use. Its argument says for what:
-# build, demo, fuzz, train, bars, or test, which is the default.
+# build, wheel, demo, fuzz, train, bars, or test, which is the default.
 # Only the demo does without a Python; then this prints nothing.
 set -eu
 
@@ -27,9 +27,9 @@ demo | fuzz) set -- 3.9 later ;;
 train) set -- 3.11 3.13 venv ;;
 # PyBullet and Blender have no packages for later versions.
 bars) set -- 3.11 3.11 venv ;;
-test) set -- 3.11 3.14 venv ;;
+test | wheel) set -- 3.11 3.14 venv ;;
 *)
-    echo "usage: $0 [build|demo|fuzz|train|bars|test]" >&2
+    echo "usage: $0 [build|wheel|demo|fuzz|train|bars|test]" >&2
     exit 2
     ;;
 esac

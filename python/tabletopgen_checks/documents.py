@@ -39,6 +39,7 @@ LEFT_OUT = {
         "`make test` is what runs these fences",
     ("docs/user_guide.md", "curl -s localhost:8080/webhooks -H 'content-type: application/json' \\"):
         "would send to example.org; tests/it/api/webhooks.rs sends",
+    ("README.md", "make wheel"): "the tests of clients/python install the wheel",
     ("docs/user_guide.md", "tabletopgen-lab evaluate --set layout --difficulty clean      "
      "# 78 scenes: yaw, position, scale against ground truth"):
         "takes hours; the bars run them",
