@@ -34,7 +34,8 @@ pub fn documents() -> Vec<Document> {
 pub fn documents_below(paths: &[PathBuf]) -> Vec<Document> {
     let root = root();
     let mut files: Vec<PathBuf> = files_in(&root);
-    let folders = ["clients", "docs", "docker", "schemas", "benches", "fuzz", "weights", "training", "examples"];
+    let folders =
+        ["clients", "docs", "docker", "schemas", "benches", "fuzz", "weights", "training", "examples"];
     for folder in folders.iter().map(|folder| root.join(folder)) {
         collect(&folder, &mut files);
     }
