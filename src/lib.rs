@@ -47,5 +47,5 @@ pub mod freezer;
 pub mod executor;
 pub mod recorder;
 
-// 6. What has ended is told to those who asked for it.
+// 6. Clients hear of what has ended.
 pub mod webhooks;

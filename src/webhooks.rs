@@ -1,8 +1,8 @@
 //! Sending of events to webhooks, by the specification Standard Webhooks (standardwebhooks.com).
 //!
-//! The store has the messages ([`store::webhooks`]); a process takes those that are due, signs them ([`signature`]), sends
-//! each with one POST ([`attempt`]), and writes how that ended. A message is sent at least once: a process that dies
-//! between an answer and its row leaves it to another one, which sends it again with the same id.
+//! The store has the messages ([`store::webhooks`]); a process takes those that are due, signs them ([`signature`]),
+//! sends each with one POST ([`attempt`]), and writes how that ended. A message is sent at least once: a process that
+//! dies between an answer and its row leaves it to another one, which sends it again with the same id.
 //!
 //! An address of a client is not a provider's: it has rules of its own, and no redirect is followed. No line of the log
 //! has an address, a secret or a message.
@@ -61,7 +61,8 @@ pub fn start(store: &Store, settings: &Settings, poll: Duration, shutdown: &Canc
     tokio::spawn(kept_running("sender of webhooks", send));
 }
 
-/// What is under way at the shutdown is broken off, and sent again by another process or after the next start.
+/// Claims and sends. A message under way at the shutdown is broken off, and sent again by another process or after the
+/// next start.
 async fn send_until_shutdown(sender: Sender, poll: Duration, shutdown: CancellationToken) {
     let lease = sender.settings.timeout() + LEASE_MARGIN;
     let mut changes = sender.store.changes();

@@ -19,8 +19,8 @@ CREATE INDEX webhooks_of_tenant ON webhooks (tenant_id, id);
 -- Whose turn it is.
 CREATE INDEX webhooks_enabled ON webhooks (leased_until, id) WHERE disabled_reason IS NULL;
 
--- A row is written in the transaction of the change that it tells of. It refers to its webhook by name alone: no job waits for,
--- or fails with, the deletion of a webhook.
+-- A row is written in the transaction of the change that it tells of. It refers to its webhook by name alone: no job waits
+-- for, or fails with, the deletion of a webhook.
 CREATE TABLE deliveries (
     id          TEXT COLLATE "C" PRIMARY KEY,            -- the same in every attempt
     tenant_id   TEXT COLLATE "C" NOT NULL,

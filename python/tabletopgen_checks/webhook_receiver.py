@@ -1,4 +1,4 @@
-"""A receiver of webhooks on a free port of this machine, which answers as it is told and keeps what it gets.
+"""A receiver of webhooks on a free port of this machine, which answers by a script and keeps what it gets.
 
 The library of Standard Webhooks verifies the messages, in an environment of its own.
 """
@@ -24,7 +24,7 @@ PIECE_BYTES = 1 << 16
 
 @dataclass
 class Answer:
-    """An answer to one request: a status after some silence, with a number of bytes, and an address where it leads on."""
+    """An answer to one request: a status after some silence, with a number of bytes and an address for redirects."""
 
     status: int = 204
     after_s: float = 0.0

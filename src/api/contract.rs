@@ -118,7 +118,7 @@ fn security_schemes() -> Value {
             "scheme": "bearer",
             "bearerFormat": "tt_ and 43 characters of base64url",
             "description": "A key. Each operation names the scope that it needs: `read` sees and downloads, `submit` orders \
-                work, `delete` removes, `operate` cancels, repeats and verifies, `admin` manages keys. A server without \
+                work, `delete` removes, `operate` cancels, repeats and verifies, `admin` manages keys and webhooks. A server without \
                 authentication needs none; a key that opens nothing is refused there, too.",
         },
         "session": {

@@ -60,7 +60,8 @@ pub enum WebhookState {
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WebhookPatch {
-    #[schemars(url, length(min = 1, max = MAX_URL_CHARS))]
+    #[serde(deserialize_with = "present")]
+    #[schemars(with = "String", url, length(min = 1, max = MAX_URL_CHARS))]
     url: Option<String>,
     /// Null removes it.
     #[serde(deserialize_with = "or_default")]
@@ -71,12 +72,19 @@ pub struct WebhookPatch {
     #[schemars(length(max = EventType::ALL.len()))]
     events: Option<Vec<EventType>>,
     /// One that is enabled again sends what has waited since.
+    #[serde(deserialize_with = "present")]
+    #[schemars(with = "WebhookState")]
     state: Option<WebhookState>,
 }
 
 impl JsonRequest for WebhookPatch {
     type Schema = Self;
     const EXAMPLE: &str = r#"{"state": "disabled"}"#;
+}
+
+/// A value that cannot be removed: null is refused.
+fn present<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(deserializer).map(Some)
 }
 
 /// A value that is set; null stands for the default.
@@ -103,7 +111,7 @@ pub(super) struct WebhookView {
     disabled_reason: Option<String>,
     created_at: Timestamp,
     updated_at: Timestamp,
-    /// What messages are signed with, in the answer to its making alone.
+    /// Key of the signatures, in the answer to its making alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     secret: Option<String>,
 }

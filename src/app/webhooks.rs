@@ -1,4 +1,5 @@
-//! The check of a webhook, and its change by a JSON merge patch (RFC 7396): fields that it names change, the others stay.
+//! The check of a webhook, and its change by a JSON merge patch (RFC 7396): fields that it names change, the others
+//! stay.
 
 use super::App;
 use crate::problem::{FieldError, Problem, ProblemType};
@@ -43,7 +44,8 @@ impl App {
         if errors.is_empty() { Ok(()) } else { Err(Problem::invalid(errors)) }
     }
 
-    /// Changes a webhook if `is_expected` holds of it; the webhook after that. Changes at the same time follow each other.
+    /// Changes a webhook if `is_expected` holds of it; the webhook after that. Changes at the same time follow each
+    /// other.
     ///
     /// # Errors
     ///

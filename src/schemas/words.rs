@@ -53,7 +53,7 @@ words! {
     "Format of a dataset of episodes." EpisodeFormat = Format::ALL.map(|format| format.folder());
     "From the robot's left, from opposite to it, or on its hand." UsualCamera = USUAL;
     "Use of a key: `read` sees and downloads, `submit` orders work, `delete` removes, `operate` cancels, repeats and \
-     verifies, `admin` manages keys." Scope = store::scopes::Scope::ALL;
+     verifies, `admin` manages keys and webhooks." Scope = store::scopes::Scope::ALL;
 }
 
 /// State of a stage.

@@ -1,6 +1,7 @@
 //! The signature of a message, by Standard Webhooks: the symmetric scheme `v1`.
 //!
-//! HMAC-SHA256 over the id, the time and the body with dots between them. The key is what the base64 behind `whsec_` says.
+//! HMAC-SHA256 over the id, the time and the body with dots between them. The key is what the base64 behind `whsec_`
+//! says.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -8,8 +9,8 @@ use base64::engine::general_purpose::STANDARD;
 use http_client::hmac::hmac_sha256;
 use store::secret::{Secret, WEBHOOK_PREFIX};
 
-/// The header `webhook-signature` of a message that is sent at a time in seconds since 1970: one signature by each secret.
-/// A text that is no secret of a webhook signs nothing.
+/// The header `webhook-signature` of a message that is sent at a time in seconds since 1970: one signature by each
+/// secret. A text that is no secret of a webhook signs nothing.
 pub fn signatures(secrets: &[Secret], id: &str, timestamp_s: u64, body: &str) -> String {
     let signed = format!("{id}.{timestamp_s}.{body}");
     let signature = |secret: &Secret| {

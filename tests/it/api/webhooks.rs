@@ -160,7 +160,7 @@ async fn every_event_arrives_when_a_faulty_receiver_recovers_and_nothing_inside_
     let beside = created(&server, json!({ "url": good.url(), "events": ["scene.succeeded"] })).await;
     let (scene, job) = server.submit("a mug").await;
     server.job_is(&job, "succeeded").await;
-    // The one that hangs holds up nobody else.
+    // The one that hangs holds up no other.
     let began = Instant::now();
     deliveries(&server, &beside, "delivered", 1).await;
     assert!(began.elapsed() < Duration::from_secs(10));
@@ -275,7 +275,7 @@ async fn messages_outlive_the_process_and_are_replayed_on_request() {
         tokio::time::sleep(Duration::from_millis(10)).await;
     }
     let directory = first.stop().await;
-    // The process died in the middle of an attempt; another one waits until it may be sure of that.
+    // The process died during an attempt; another one waits until it may be sure of that.
     let store = crate::harness::server::opened(directory.path()).await;
     let none = store.claim_deliveries(Duration::from_secs(1), 9).await.unwrap();
     assert!(none.is_empty());
@@ -347,7 +347,9 @@ async fn a_webhook_is_made_changed_and_deleted() {
     );
     for (body, pointer) in [
         (json!({ "events": ["scene.lost"] }), "/events/0"),
-        (json!({ "url": null, "state": "off" }), "/state"),
+        (json!({ "state": "off" }), "/state"),
+        (json!({ "state": null }), "/state"),
+        (json!({ "url": null }), "/url"),
         (json!({ "secret": "whsec_mine" }), "/secret"),
         (json!({ "description": "a\u{7}" }), "/description"),
     ] {

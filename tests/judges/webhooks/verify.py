@@ -1,7 +1,7 @@
 """The library of Standard Webhooks verifies messages.
 
-Reads `{"secret": ..., "messages": [{"headers": ..., "body": ...}]}` from standard input, and writes a line of JSON for each
-message: its content, or `{"fault": ...}`.
+Reads `{"secret": ..., "messages": [{"headers": ..., "body": ...}]}` from standard input, and writes a line of JSON for
+each message: its content, or `{"fault": ...}`.
 """
 
 import json

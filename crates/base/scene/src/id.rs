@@ -1,5 +1,5 @@
-//! Identifiers of tenants, scenes, jobs, batches, datasets, keys and webhooks, each a type of its own, so that they cannot
-//! be swapped.
+//! Identifiers of tenants, scenes, jobs, batches, datasets, keys and webhooks, each a type of its own, so that they
+//! cannot be swapped.
 
 use std::fmt;
 use std::str::FromStr;

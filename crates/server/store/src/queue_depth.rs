@@ -8,7 +8,7 @@ use sqlx::Row;
 use super::{Store, StoreError};
 use crate::boxed;
 
-/// The jobs of all tenants that have not ended, and what is to be told of others.
+/// The jobs of all tenants that have not ended, and the deliveries that wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct QueueDepth {
     pub queued: i64,

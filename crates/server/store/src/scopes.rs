@@ -16,7 +16,7 @@ pub enum Scope {
     Delete,
     /// Cancel, repeat and verify work; read metrics.
     Operate,
-    /// Manage keys, and read the record of changes. Its owner can make a key with any scope.
+    /// Manage keys and webhooks, and read the record of changes. Its owner can make a key with any scope.
     Admin,
 }
 

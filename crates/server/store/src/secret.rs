@@ -1,7 +1,7 @@
 //! Secrets of clients: keys of the API, cookies of sessions, and what webhooks are signed with.
 //!
-//! A secret has 256 random bits of the system. Of a key and a cookie the store keeps the SHA-256 alone and finds them by
-//! that, so that a stolen database opens nothing, and the time of a look-up says nothing about the secret that was
+//! A secret has 256 random bits of the system. Of a key and a cookie the store keeps the SHA-256 alone and finds them
+//! by that, so that a stolen database opens nothing, and the time of a look-up says nothing about the secret that was
 //! sought. A slow hash, as for passwords, would not help: 256 random bits cannot be guessed, however fast guesses are
 //! tested. The secret of a webhook signs messages, so that it is kept as it is; it opens nothing here.
 

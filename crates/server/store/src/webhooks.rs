@@ -1,8 +1,8 @@
 //! Webhooks: addresses of a tenant that events of its work are sent to, by the specification Standard Webhooks.
 //!
 //! What a change tells is written in the transaction of the change ([`outbox`]), so that no event is lost and none is
-//! sent of what was rolled back. Any process takes what is due ([`claim`]) and writes how an attempt ended. A webhook has
-//! one message under way at most, so that an address that does not answer holds up its own messages alone.
+//! sent of what was rolled back. Any process takes what is due ([`claim`]) and writes how an attempt ended. A webhook
+//! has one message under way at most, so that an address that does not answer holds up its own messages alone.
 //!
 //! The secret is kept as it is, because it signs. No list and no event holds it.
 
@@ -114,7 +114,8 @@ impl Store {
         row.as_ref().map(webhook_of).transpose()
     }
 
-    /// Changes a webhook to `new`, if it is still as the caller has read it. One that is enabled again sends what waits.
+    /// Changes a webhook to `new`, if it is still as the caller has read it. One that is enabled again sends what
+    /// waits.
     #[boxed]
     pub async fn change_webhook(
         &self,
@@ -258,7 +259,7 @@ async fn change(
     webhook_of(&row).map(ChangeOutcome::Changed)
 }
 
-/// Locks a webhook of the tenant. Whoever changes deliveries of a webhook locks it before them.
+/// Locks a webhook of the tenant. A transaction that changes deliveries of a webhook locks it before them.
 async fn locked(
     connection: &mut AnyConnection,
     tenant_id: &TenantId,

@@ -1,8 +1,8 @@
 //! Attempts at deliveries: who takes one, and how it ended.
 //!
-//! A claim takes a webhook for a time, with the delivery of it that is due first, and counts the attempt. A process that
-//! dies leaves a delivery that is due again after that time. The number of the attempt is the fencing token: what a
-//! process says that was paused past its time changes nothing. Webhooks take turns by the end of their last attempt.
+//! A claim takes a webhook for a time, with the delivery of it that is due first, and counts the attempt. A process
+//! that dies leaves a delivery that is due again after that time. The number of the attempt is the fencing token: what
+//! a process says that was paused past its time changes nothing. Webhooks take turns by the end of their last attempt.
 
 use std::time::Duration;
 
@@ -108,24 +108,23 @@ async fn claim(
         .await?;
     let mut taken = Vec::with_capacity(webhooks.len());
     for webhook in webhooks {
-        let webhook = sqlx::query("UPDATE webhooks SET leased_until = $1 WHERE id = $2 RETURNING *")
-            .bind(now + i64::try_from(lease.as_millis()).unwrap_or(i64::MAX / 4))
-            .bind(webhook)
-            .fetch_one(&mut *connection)
-            .await?;
         let delivery = sqlx::query(
             "UPDATE deliveries SET attempts = attempts + 1
              WHERE id = (SELECT id FROM deliveries WHERE webhook_id = $1 AND state = 'waiting' AND next_at <= $2
                          ORDER BY next_at, id LIMIT 1)
              RETURNING *",
         )
-        .bind(webhook.try_get::<String, _>("id")?)
+        .bind(&webhook)
         .bind(now)
         .fetch_optional(&mut *connection)
         .await?;
-        if let Some(delivery) = delivery {
-            taken.push(due_of(&webhook, &delivery, now)?);
-        }
+        let Some(delivery) = delivery else { continue };
+        let webhook = sqlx::query("UPDATE webhooks SET leased_until = $1 WHERE id = $2 RETURNING *")
+            .bind(now + i64::try_from(lease.as_millis()).unwrap_or(i64::MAX / 4))
+            .bind(&webhook)
+            .fetch_one(&mut *connection)
+            .await?;
+        taken.push(due_of(&webhook, &delivery, now)?);
     }
     Ok(taken)
 }

@@ -78,7 +78,7 @@ pub struct DeliveryFilter {
 /// Result of an order to deliver.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OrderOutcome {
-    /// It waits for its first attempt.
+    /// The delivery, which waits for its next attempt.
     Ordered(Box<DeliveryRow>),
     /// The webhook is disabled.
     Disabled,

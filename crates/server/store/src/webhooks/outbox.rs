@@ -1,8 +1,8 @@
 //! Events become deliveries here, inside the transaction of the change that they tell of.
 //!
-//! A final state is written in four ways, each followed by a call of this file: a job ends ([`job_ended`]), be it by its
-//! worker, a cancellation, a deadline or deaths; a recording ends; a batch ends; a test is asked for. Jobs of scenes and
-//! datasets tell of those, the jobs of a recording of nothing. A tenant without webhooks costs one search of an index.
+//! Each place that writes a final state calls this file: a job ends ([`job_ended`]), be it by its worker, a
+//! cancellation, a deadline or deaths; a recording ends; a batch ends. Jobs of scenes and datasets tell of those, the
+//! jobs of a recording of nothing. A tenant without webhooks costs one search of an index.
 
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 use uuid::Uuid;

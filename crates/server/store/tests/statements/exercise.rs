@@ -477,7 +477,7 @@ fn new_webhook() -> NewWebhook {
     NewWebhook { tenant_id: DEFAULT_TENANT.clone(), url, description: String::new(), events: Vec::new() }
 }
 
-/// A webhook that all that happens is told to.
+/// A webhook that gets all events.
 async fn webhook(store: &Store) -> WebhookRow {
     match store.create_webhook(new_webhook()).await.unwrap().0 {
         CreateOutcome::Created(webhook) => webhook,
