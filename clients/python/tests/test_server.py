@@ -19,6 +19,7 @@ import pytest
 
 from conftest import SENTENCE, SETTINGS
 from tabletopgen import AsyncClient, Client, Scene, errors
+from tabletopgen._sync.connection import digest_of
 
 mujoco: Any = importlib.import_module("mujoco")
 IMAGE = Path(__file__).resolve().parents[3] / "docs" / "demo_table.png"
@@ -121,6 +122,15 @@ def test_a_refused_request_says_what_to_change(client: Client) -> None:
     assert client.validate("two mugs", seed=1).valid
 
 
+def test_operations_without_a_method_are_asked_by_path(client: Client) -> None:
+    assert client.request("GET", "/readyz") == {"status": "ready"}
+    pages = client.request("GET", "/jobs", query={"page_size": 1})
+    assert set(pages) == {"jobs", "next_page_token"}
+    with pytest.raises(errors.InvalidRequestError):
+        client.request("POST", "/scenes", "no object")
+    assert client.request("DELETE", f"/scenes/{client.generate('a mug').id}") is None
+
+
 def test_a_key_repeated_with_another_body_is_refused(client: Client) -> None:
     first = client.generate("a mug", seed=1, idempotency_key="k")
     assert client.generate("a mug", seed=1, idempotency_key="k").id == first.id
@@ -157,9 +167,20 @@ def test_a_task_that_cannot_be_attempted_says_why(made: Scene) -> None:
     assert refused.value.code and refused.value.status in (409, 422)
 
 
+def test_a_recording_becomes_a_dataset_for_lerobot(made: Scene, tmp_path: Path) -> None:
+    small = {"size_px": 64, "cameras": ["front"]}
+    recording = made.record("lift the apple", 1, formats=["lerobot-v3.0"], record=small).wait()
+    assert (recording.state, recording.formats, recording.data.attempts.get("success")) == ("finished", ["lerobot-v3.0"], 1)
+    root = recording.to_lerobot(tmp_path)
+    assert json.loads((root / "meta" / "info.json").read_text())["total_episodes"] == 1
+    listed = {file.path.removeprefix("lerobot-v3.0/"): file.sha256 for file in recording.files()}
+    assert listed == {str(path.relative_to(root)): digest_of(path) for path in root.rglob("*") if path.is_file()}
+    assert [event.kind for event in recording.events()][-2:] == ["assembling", "finished"]
+
+
 def test_a_recording_is_followed_and_cancelled(client: Client, made: Scene) -> None:
     recording = made.record("lift the apple", count=1, formats=["lerobot-v3.0"])
-    assert [other.id for other in client.recordings(scene=made.id)] == [recording.id]
+    assert recording.id in [other.id for other in client.recordings(scene=made.id)]
     assert next(iter(recording.events())).kind == "queued"
     recording.cancel()
     with pytest.raises(errors.WorkFailedError, match="cancelled"):
@@ -231,11 +252,10 @@ def test_no_local_server_is_left_when_its_client_is_killed(program: Path, tmp_pa
     script = (
         "import time; from tabletopgen import Client; c = Client(); print(c.version() and c._connection.url, flush=True); time.sleep(60)"
     )
-    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    url = process.stdout.readline().strip()
-    process.kill()
-    process.wait()
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        url = process.stdout.readline().strip()
+        process.kill()
     ends = time.monotonic() + 30
     with Client(url, patience_secs=0.1) as other:
         while time.monotonic() < ends:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import contextlib
 import os
 import re
 import shutil
@@ -68,6 +67,7 @@ class LocalServer:
         """The address of the server, which takes work. One that has ended is started again, on the same data."""
         with self.starting:
             if self.process is None or self.process.poll() is not None:
+                self._end(0)
                 self._launch()
             return self.url
 
@@ -99,16 +99,17 @@ class LocalServer:
                     raise LocalServerError(f"{self.program} was not ready within {START_SECS:.0f} s:\n{self._end_of_log()}")
                 time.sleep(POLL_SECS)
         except BaseException:
-            self._kill()
+            self._end(0)
             raise
 
     def _listen(self, process: subprocess.Popen[str], announced: threading.Event) -> None:
         """Finds the address in the first lines, and keeps the pipe from filling up."""
         assert process.stdout is not None
-        for line in process.stdout:
-            if found := ADDRESS.search(line):
-                self.url = found[1]
-                announced.set()
+        with process.stdout as lines:
+            for line in lines:
+                if found := ADDRESS.search(line):
+                    self.url = found[1]
+                    announced.set()
 
     def _is_ready(self) -> bool:
         try:
@@ -123,18 +124,16 @@ class LocalServer:
     def stop(self) -> None:
         """Lets running stages finish, and ends the server in any case."""
         atexit.unregister(self.stop)
+        self._end(STOP_SECS)
+        self.temporary.cleanup()
+
+    def _end(self, patience_secs: float) -> None:
+        """Ends the server and what keeps it, after a while by force."""
         if self.process is not None:
             assert self.process.stdin is not None
             self.process.stdin.close()
             try:
-                self.process.wait(STOP_SECS)
+                self.process.wait(patience_secs)
             except subprocess.TimeoutExpired:
-                self._kill()
-        self.temporary.cleanup()
-
-    def _kill(self) -> None:
-        """Ends the server and what keeps it."""
-        if self.process is not None:
-            with contextlib.suppress(ProcessLookupError):
                 os.killpg(self.process.pid, signal.SIGKILL)
-            self.process.wait()
+                self.process.wait()

@@ -22,7 +22,7 @@ from tabletopgen._async.recording import AsyncRecording
 from tabletopgen._async.scene import AsyncScene, scene_of
 from tabletopgen._local_server import LocalServer
 from tabletopgen._progress import Bar
-from tabletopgen._requests import Image, get, given, post, post_image
+from tabletopgen._requests import Image, Query, Request, get, given, post, post_image
 from tabletopgen.errors import (
     GoneError,
     InvalidRequestError,
@@ -104,6 +104,16 @@ class AsyncClient:
     async def session(self) -> models.Session:
         """The principal of the key, with tenant and scopes, and what the server accepts."""
         return await self._connection.ask(get("/session"), models.Session)
+
+    async def request(self, method: str, path: str, body: Any = None, query: Query | None = None) -> Any:
+        """The answer of any operation of the contract, as values of JSON: of those that have no method here, such as
+        `/keys` and `/webhooks`. A POST or PATCH whose answer is lost is not repeated."""
+        headers = {"content-type": _requests.JSON if method != "PATCH" else "application/merge-patch+json"}
+        content = None if body is None else _requests.dumped(body)
+        repeatable = method not in ("POST", "PATCH")
+        request = Request(method, path, _requests.plain(query), headers if content else {}, content, repeatable)
+        answer = await self._connection.send(request)
+        return answer.json() if answer.content else None
 
     # Scenes
 
