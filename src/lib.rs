@@ -20,7 +20,7 @@ pub mod cli;
 
 // Refusals of requests, for every caller.
 pub mod problem;
-mod told_path;
+mod path_without_keys;
 
 // What requests and answers hold of other crates, for the contract.
 pub mod schemas;

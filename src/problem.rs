@@ -7,8 +7,8 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use crate::path_without_keys::path_without_keys;
 use crate::schemas::values::Code;
-use crate::told_path::told_path;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -248,7 +248,7 @@ impl Problem {
     }
 
     pub fn not_found(what: &str, id: &str) -> Self {
-        let shown: String = told_path(id).chars().take(80).collect();
+        let shown: String = path_without_keys(id).chars().take(80).collect();
         Self::new(ProblemType::NotFound, "not_found", format!("there is no {what} {shown:?}"))
     }
 

@@ -3,7 +3,7 @@
     PYTHONPATH=python python3 -m tabletopgen_checks.documents [--target-dir target] [--program target/debug/tabletopgen]
 
 A fence that begins with ```sh or ```python runs; `sh exit=1` ends with that code. A fence ```output holds the whole
-output of the fence before; a line `...` in it stands for any lines. A fence ```toml file=NAME is that file, and ```nginx
+output of the fence before; a line `...` in it stands for any lines. A fence ```toml file=NAME is that file; ```nginx
 the configuration of a proxy in front of a server. Documents of a group run one after the other in one shell and one
 folder, so that a later one may use the scenes and variables of an earlier one. `localhost:8080` is the server;
 other ports of PORTS are free ones, and what still runs at the end is ended.

@@ -303,7 +303,7 @@ def check_tenants(target: Path) -> str:
     """The bar of tenants for a minute: what is deleted goes, a flood of one delays no other, secrets are nowhere."""
     command = [sys.executable, "-m", "tabletopgen_checks.bars.tenants", "--target-dir", target, "--page", "no", *TENANTS]
     run([*command, "--uncommitted", "--program", target / "debug" / "tabletopgen"])
-    return "deletion leaves nothing, a flood delays nobody else, no secret is told"
+    return "deletion leaves nothing, a flood delays no one else, no secret is shown"
 
 
 def test_sidecar(environment: Path) -> str:

@@ -76,8 +76,8 @@ impl AllowedHosts {
         Self { named, any, listen }
     }
 
-    /// Refuses a request with another host, or of a page of another site unless it is allowed; with the reason as metrics
-    /// have it.
+    /// Refuses a request with another host, or of a page of another site that is not allowed; with the reason as
+    /// metrics have it.
     fn check(
         &self,
         request: &Request,

@@ -1,7 +1,7 @@
 //! Writing of the record of changes.
 //!
-//! A change is answered when its row is written: with the change, where the handler knows its answer ([`RequestRecord`]),
-//! and otherwise after it. The row of a client that leaves before its answer is written
+//! A change is answered when its row is written: with the change, where the handler knows its answer
+//! ([`RequestRecord`]), and otherwise after it. The row of a client that leaves before its answer is written
 //! afterwards, with status 499. Requests that were refused or failed changed nothing; of them a bounded number is
 //! recorded each minute, so that refusals do not fill the database.
 

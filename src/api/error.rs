@@ -4,8 +4,8 @@ use axum::http::{StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 
 use super::body::ENCODED_BODY;
+use crate::path_without_keys::path_without_keys;
 use crate::problem::{Problem, ProblemType};
-use crate::told_path::told_path;
 use store::{Outage, StoreError};
 
 /// Time after which a request may be sent again where nothing better is known, seconds.
@@ -66,7 +66,7 @@ impl From<StoreError> for Problem {
 
 /// Fallback for unknown paths.
 pub async fn no_such_route(uri: Uri) -> Problem {
-    let path: String = told_path(uri.path()).chars().take(80).collect();
+    let path: String = path_without_keys(uri.path()).chars().take(80).collect();
     Problem::new(
         ProblemType::NotFound,
         "no_such_route",

@@ -17,8 +17,8 @@ use super::access::Access;
 use super::contract::route::Route;
 use super::principal::{Principal, Refused, resolve};
 use super::serve::connection::Connection;
+use crate::path_without_keys::path_without_keys;
 use crate::problem::Problem;
-use crate::told_path::told_path;
 use store::audit::AuditEntry;
 
 #[derive(Clone)]
@@ -48,7 +48,7 @@ async fn pass(State(gate): State<Gate>, request: Request, next: Next) -> Respons
     let (mut parts, body) = request.into_parts();
     let peer = parts.extensions.get::<Arc<Connection>>().map(|connection| connection.peer);
     let address = peer.map(|peer| gate.api.proxies.client_ip(peer, &parts.headers));
-    let subject = told_path(parts.uri.path()).into_owned();
+    let subject = path_without_keys(parts.uri.path()).into_owned();
     let principal = match resolve(&gate.api, &parts.headers, peer).await {
         Ok(principal) => principal,
         Err(refused) => return gate.refuse(refused, address, subject).await,

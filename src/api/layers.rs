@@ -14,9 +14,9 @@ use tracing::{Instrument, Span};
 use uuid::Uuid;
 
 use super::Api;
+use crate::path_without_keys::path_without_keys;
 use crate::problem::{Problem, ProblemType};
 use crate::spans;
-use crate::told_path::told_path;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -45,7 +45,7 @@ async fn answer(request: Request, next: Next) -> Response {
     let id = given.map_or_else(|| Uuid::now_v7().to_string(), str::to_owned);
     let started = Instant::now();
     let trace_parent = request.headers().get("traceparent").and_then(|value| value.to_str().ok());
-    let path = told_path(request.uri().path());
+    let path = path_without_keys(request.uri().path());
     let span = spans::request(&id, request.method().as_str(), &path, trace_parent);
     let route = request.extensions().get::<MatchedPath>().cloned();
     let mut response = next.run(request).instrument(span.clone()).await;

@@ -1,5 +1,5 @@
-"""A stand-in for nginx with `auth_request` and oauth2-proxy: one user is logged in, and named to the server in the headers
-that a configuration sets.
+"""A stand-in for nginx with `auth_request` and oauth2-proxy: one user is logged in, and named to the server in the
+headers that a configuration sets.
 
 Of the configuration it knows what the documents use: `auth_request_set`, `proxy_set_header` and `proxy_pass` of one
 location. Other headers of a client go on as they came. Standard library only."""

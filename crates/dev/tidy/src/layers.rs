@@ -182,8 +182,18 @@ pub const ROOT_MODULES: &[Layer] = &[
     layer(
         "api",
         &[
-            "app", "batches", "datasets", "freezer", "imaging", "problem", "runtime", "scene", "schemas",
-            "spans", "store",
+            "app",
+            "batches",
+            "datasets",
+            "freezer",
+            "imaging",
+            "path_without_keys",
+            "problem",
+            "runtime",
+            "scene",
+            "schemas",
+            "spans",
+            "store",
         ],
         &[CLIENTS, ROWS],
     ),
@@ -263,8 +273,9 @@ pub const ROOT_MODULES: &[Layer] = &[
         ],
         &[SERVERS, CLIENTS, ROWS, FILES, SYSTEM, TASKS],
     ),
+    layer("path_without_keys", &["store"], &[SERVERS, CLIENTS, ROWS, FILES, SYSTEM, TASKS]),
     // Refusals, for all who refuse.
-    layer("problem", &["schemas"], &[SERVERS, CLIENTS, ROWS, FILES, SYSTEM, TASKS]),
+    layer("problem", &["path_without_keys", "schemas"], &[SERVERS, CLIENTS, ROWS, FILES, SYSTEM, TASKS]),
     layer("app", &[EVERYTHING_BUT_API], &[SERVERS, CLIENTS, ROWS]),
     // Puts the parts of a server together.
     layer("service", &[EVERYTHING], &[CLIENTS, ROWS]),

@@ -1,7 +1,7 @@
 //! The operator's connection beside running processes: it takes no lock of the data directory and touches no job.
 //!
-//! It pauses and resumes claiming, makes and revokes keys, reads the record of changes, and shows and sets the limits of
-//! tenants. The methods lie with what they change.
+//! It pauses and resumes claiming, makes and revokes keys, reads the record of changes, and shows and sets the limits
+//! of tenants. The methods lie with what they change.
 
 use std::path::Path;
 

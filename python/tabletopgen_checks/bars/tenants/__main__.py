@@ -4,7 +4,7 @@
         [--scenes 1000] ...
 
 Each part is a section of docs/results/tenants.md, written when it is measured; `--page no` leaves the page as it is.
-`--program` names another binary. Secrets are looked for in what the parts before left, so that part comes last."""
+`--program` names another binary. Secrets are searched for in what the parts before left, so that part comes last."""
 
 import signal
 import time

@@ -71,6 +71,6 @@ def under(client, seconds: float, job: str):
             one.join()
 
 
-def told(found: dict) -> str:
+def summary(found: dict) -> str:
     """What the attacks were answered, in words."""
     return "; ".join(f"{name} {json.dumps(counts, sort_keys=True)}" for name, counts in sorted(found.items()))

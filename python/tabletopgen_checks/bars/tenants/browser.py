@@ -47,7 +47,7 @@ PAGE = """<!doctype html><title>A page</title><script>
 
 
 class Pages:
-    """Serves one page, and is told what it found; each port is an origin of its own."""
+    """Serves one page, and receives what it found; each port is an origin of its own."""
 
     def __enter__(self):
         holder = self
@@ -126,13 +126,13 @@ def seen(browser: str, api, key: str, name: str, pages: Pages) -> list:
     pages.content = content.replace("TEXT", json.dumps(text)).replace("SEED", str(seed))
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         command = [browser, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", f"--user-data-dir={profile}"]
-        # It would not end by itself. Its many complaints about what a desktop has and this machine has not are left out.
+        # It would not end by itself. Its many complaints about what a desktop has and this machine lacks are left out.
         nothing = subprocess.DEVNULL
         process = subprocess.Popen([*command, pages.origin], stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True)
         try:
             found = pages.found.get(timeout=PAGE_SECONDS)
         except queue.Empty:
-            raise Problem(f"{browser} showed the page for {PAGE_SECONDS} s, and it told nothing") from None
+            raise Problem(f"{browser} showed the page for {PAGE_SECONDS} s, and it reported nothing") from None
         finally:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()

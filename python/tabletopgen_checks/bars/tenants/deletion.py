@@ -32,9 +32,9 @@ def measure(bench) -> Finding:
             # The first of everything also makes rows and pages that stay.
             delete(client, make(client, 1, 1)[0])
             before = swept(service, grace, {})
-            made, most = make(client, bench.given.scenes, bench.given.others, lambda: counts(service))
+            made, peak = make(client, bench.given.scenes, bench.given.others, lambda: counts(service))
             full = counts(service)
-            most = {name: max(most.get(name, 0), count) for name, count in full.items()}
+            peak = {name: max(peak.get(name, 0), count) for name, count in full.items()}
             peak = disk(service)
             delete(client, made)
             after = swept(service, grace, before[0])
@@ -44,10 +44,10 @@ def measure(bench) -> Finding:
         fits = after[1]["database, bytes"] <= before[1]["database, bytes"] + allowed
         fits &= after[1]["blobs, bytes"] <= before[1]["blobs, bytes"] and after[1]["blobs"] <= before[1]["blobs"]
         held &= not grown and fits
-        for name in sorted(most):
-            if most[name] or after[0].get(name):
+        for name in sorted(peak):
+            if peak[name] or after[0].get(name):
                 stays = "stays by design" if name in BY_DESIGN else "holds" if name not in grown else "DOES NOT HOLD"
-                rows.append([store, f"rows of `{name}`", before[0].get(name, 0), most[name], after[0].get(name, 0), stays])
+                rows.append([store, f"rows of `{name}`", before[0].get(name, 0), peak[name], after[0].get(name, 0), stays])
         for name in before[1]:
             rows.append([store, name, before[1][name], peak[name], after[1][name], "holds" if fits else "DOES NOT HOLD"])
         words.append(
@@ -62,7 +62,7 @@ def measure(bench) -> Finding:
         "of a copy by `VACUUM INTO` on SQLite, by `VACUUM FULL` on PostgreSQL. Rows of `audit` are only ever added to."
     )
     full = given.scenes >= PROMISED_SCENES and given.others >= PROMISED_OTHERS and len(bench.stores()) == len(STORES)
-    return Finding(["store", "", "before", "at most", "after", ""], rows, held, " ".join([lead, *words]), full=full)
+    return Finding(["store", "", "before", "at peak", "after", ""], rows, held, " ".join([lead, *words]), full=full)
 
 
 def swept_after(grace: int) -> dict:
@@ -76,8 +76,8 @@ def swept_after(grace: int) -> dict:
 
 
 def make(client, scenes: int, others: int, count: Callable[[], dict] = dict) -> tuple:
-    """Paths of all that was made, in an order in which it may be deleted; and the most rows of each table meanwhile."""
-    paths, most = [], {}
+    """Paths of all that was made, in an order in which it may be deleted; and the peak rows of each table meanwhile."""
+    paths, peak = [], {}
     for first in range(0, scenes, AT_ONCE):
         numbers = [k % CONTENTS for k in range(first, min(scenes, first + AT_ONCE))]
         made = side_by_side(lambda number: submit(client, *request_of(number)), numbers, CLIENTS)
@@ -94,9 +94,9 @@ def make(client, scenes: int, others: int, count: Callable[[], dict] = dict) -> 
     for path in others_made:
         finished(client, path)
         now = count()
-        most = {name: max(most.get(name, 0), rows) for name, rows in now.items()}
+        peak = {name: max(peak.get(name, 0), rows) for name, rows in now.items()}
     with_scenes = [f"{path}?scenes=delete" if path.startswith("/batches") else path for path in others_made]
-    return [*with_scenes, *paths, f"/scenes/{recorded}"], most
+    return [*with_scenes, *paths, f"/scenes/{recorded}"], peak
 
 
 def submit(client, text: str, seed: int) -> tuple:
@@ -126,7 +126,7 @@ def delete(client, paths: list):
 
 
 def swept(service, grace: int, wanted: dict) -> tuple:
-    """Rows by table and the disk, once no table has more rows than wanted and nothing changes, or patience has ended."""
+    """Rows by table and the disk, once no table has more rows than wanted and nothing changes, or the time is over."""
     deadline, last, same = time.monotonic() + grace + SWEEP_PATIENCE_SECONDS, None, 0
     time.sleep(grace + SWEEP_SECONDS)
     while True:

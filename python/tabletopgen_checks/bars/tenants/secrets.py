@@ -1,6 +1,6 @@
 """Every secret that a run used, and every place that it must not be in.
 
-What is searched is told by a mark: something that has to be there, such as the id of a key. A place without its mark
+What is searched is known by a mark: something that has to be there, such as the id of a key. A place without its mark
 was not read, or holds something else.
 """
 
@@ -17,7 +17,7 @@ DATABASES = ("file of the database", "rows of PostgreSQL", "files of the backup"
 
 
 class Secrets:
-    """Secrets by a name that may be told, and where they were looked for."""
+    """Secrets by a name that may be shown, and where they were searched for."""
 
     def __init__(self):
         # The secret, and the places that it may be in.

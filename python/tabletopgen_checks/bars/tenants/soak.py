@@ -86,7 +86,7 @@ def measure(bench) -> Finding:
                 found = Comparison(bench, service)
                 found.measure(bench.given.soak_seconds)
         rows += [[store, *row] for row in found.rows]
-        words.append(f"On {store} the attacks were answered with: {attacks.told(found.answers)}. {found.words}")
+        words.append(f"On {store} the attacks were answered with: {attacks.summary(found.answers)}. {found.words}")
         held &= found.held
     columns = [
         "store",
@@ -106,7 +106,7 @@ def measure(bench) -> Finding:
         f"waits {1000 * ANSWER_SECONDS:.0f} ms for a vendor, which refuses. Promised is a p99 within {P99_FACTOR:.0f} times that alone, "
         f"of the submission (or {1000 * P99_FLOOR_S:.0f} ms, as short answers scatter on two cores) and of the time to the end. The other "
         f"tenant floods with {attacks.FLOODING_CLIENTS} clients that submit, {attacks.BODY_CLIENTS} that send bodies of "
-        f"{attacks.BODY_BYTES >> 20} MiB, {attacks.STREAMS} event streams that nobody reads, and batches of "
+        f"{attacks.BODY_BYTES >> 20} MiB, {attacks.STREAMS} event streams without a reader, and batches of "
         f"{attacks.BATCH_REQUESTS} requests, all at once. All limits are the usual ones."
     )
     full = bench.given.soak_seconds >= PROMISED_SECONDS and len(bench.stores()) == len(STORES)

@@ -1,4 +1,4 @@
-"""Webhooks to a receiver that fails, hangs, redirects inside and answers too much, and then accepts: every event arrives,
+"""Webhooks to a receiver that fails, hangs, redirects inside, answers too much, and then accepts: every event arrives,
 once, signed as Standard Webhooks says, and nothing inside is reached."""
 
 import json

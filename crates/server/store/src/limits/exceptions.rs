@@ -1,5 +1,5 @@
-//! Limits of tenants as the operator sees them: with what is used, and set for one tenant. A change counts in every process
-//! within a second, that of bytes within half a minute.
+//! Limits of tenants as the operator sees them: with what is used, and set for one tenant. A change counts in every
+//! process within a second, that of bytes within half a minute.
 
 use sqlx::{AnyConnection, AssertSqlSafe};
 
