@@ -2893,7 +2893,7 @@ class Webhook(Model):
     """
     secret: str | None = None
     """
-    What messages are signed with, in the answer to its making alone.
+    Key of the signatures, in the answer to its making alone.
     """
 
 
