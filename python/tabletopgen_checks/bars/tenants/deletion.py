@@ -88,7 +88,10 @@ def make(client, scenes: int, others: int, count: Callable[[], dict] = dict) -> 
     order = {"task": TASK, "count": 1, "formats": [FORMAT], "title": "deleted", "record": {"cameras": CAMERAS, "size_px": SIZE_PX}}
     orders = [("/batches", {"templates": [request_of(k)[0]], "seeds": {"first": 1, "count": SCENES_OF_A_BATCH}}) for k in range(others)]
     orders += [(f"/scenes/{recorded}/episodes", order | {"seed": k}) for k in range(others)]
-    orders += [("/datasets", {"name": f"deleted{k}", "scenes": [recorded, paths[0].split("/")[2]]}) for k in range(others)]
+    orders += [
+        ("/datasets", {"name": f"deleted{k}", "scenes": [recorded, paths[0].split("/")[2]], "splits": {"train": 1.0}})
+        for k in range(others)
+    ]
     made = [(path, client.json("POST", path, body)["id"]) for path, body in orders]
     others_made = [f"/{'episodes' if path.endswith('/episodes') else path[1:]}/{one}" for path, one in made]
     for path in others_made:

@@ -3,6 +3,7 @@
 Two services of the same program take turns. No job is worked on meanwhile: on PostgreSQL there is no worker, and the
 queue is paused."""
 
+import statistics
 import time
 
 from tabletopgen_checks.bars.reliability import load
@@ -13,7 +14,7 @@ from tabletopgen_checks.bars.reliability.submits import UNBOUNDED
 from tabletopgen_checks.bars.tenants.bench import command
 from tabletopgen_checks.problem import Problem
 
-CLIENTS, TURNS, PROMISED_TURN_SECONDS = (1, 32), 6, 5
+CLIENTS, TURNS, PROMISED_TURN_SECONDS = (1, 32), 15, 2
 MIN_SHARE = 0.9
 
 
@@ -33,7 +34,8 @@ def measure(bench) -> Finding:
                 rows.append([store, *row])
                 print(rows[-1], flush=True)
     words = (
-        f"{TURNS} turns of {bench.given.turn_seconds} s each of both, one after the other, in another order every time. Every "
+        f"{TURNS} turns of {bench.given.turn_seconds} s each of both, one after the other, in another order every time. Rates and "
+        f"the share are medians of the turns, as other programs of the machine disturb some. Every "
         f"submission is a new scene, durable when it is answered, with its row in the record of changes in both modes. Promised are "
         f"{100 * MIN_SHARE:.0f} % of the rate without a key."
     )
@@ -43,21 +45,21 @@ def measure(bench) -> Finding:
 
 
 def compared(seconds: float, anyone, client, clients: int) -> list:
-    """A row: rates, their share and p99 of both."""
+    """A row: rates, the median of their shares in each turn, and p99 of both."""
     text, base = request_of(0)[0], time.time_ns() % 10**12
     bodies = ({"text": text, "seed": base + k} for k in range(10**9))
-    durations, took = {anyone: [], client: []}, {anyone: 0.0, client: 0.0}
+    durations, rates = {anyone: [], client: []}, {anyone: [], client: []}
     for turn in range(TURNS):
         for server in (anyone, client) if turn % 2 else (client, anyone):
             header = server.credential()
-            found, time_taken, statuses = load.run(
+            found, took, statuses = load.run(
                 [server.port], clients, seconds, lambda _, header=header: load.post("/scenes", next(bodies), header)
             )
             if set(statuses) != {202}:
                 raise Problem(f"submissions were answered with {dict(statuses)}\n{server.words()}")
             durations[server] += found
-            took[server] += time_taken
-    without, with_key = (len(durations[server]) / took[server] for server in (anyone, client))
+            rates[server].append(len(found) / took)
+    share = statistics.median(keyed / open_ for open_, keyed in zip(rates[anyone], rates[client]))
+    shown = [f"{statistics.median(rates[server]):.0f}" for server in (anyone, client)]
     p99 = [f"{1000 * quantile(durations[server], 0.99):.1f}" for server in (anyone, client)]
-    share = with_key / without
-    return [clients, f"{without:.0f}", f"{with_key:.0f}", f"{100 * share:.0f} %", *p99, yes(share >= MIN_SHARE)]
+    return [clients, *shown, f"{100 * share:.0f} %", *p99, yes(share >= MIN_SHARE)]
