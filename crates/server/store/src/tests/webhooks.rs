@@ -117,7 +117,7 @@ pub(super) async fn every_way_to_the_end_of_a_scene_has_one_message(place: Place
     store.delete_scene(&DEFAULT_TENANT, &scene).await.expect("answers");
     ended(E::SceneCancelled, "cancelled", Some("cancelled")).await;
     let late = Schedule { deadline_ms: Some(1), ..Schedule::usual(test_settings::section("queue")) };
-    store.submit_scheduled(new_scene(), late).await.expect("submits");
+    store.submit_scheduled(new_scene(), late, None).await.expect("submits");
     store.rescue(MAX_DEATHS).await.expect("answers");
     ended(E::SceneFailed, "failed", Some("deadline_passed")).await;
     submitted(store).await;
@@ -429,7 +429,7 @@ pub(super) async fn a_new_secret_signs_beside_the_previous_one_for_a_day(place: 
         assert!(!format!("{due:?}").contains("whsec_"), "{due:?}");
         due.secrets
     };
-    assert_eq!(secrets().await, [first.clone()]);
+    assert_eq!(secrets().await, std::slice::from_ref(&first));
     let second = renewed().await;
     assert_eq!(secrets().await, [second.clone(), first]);
     let third = renewed().await;
