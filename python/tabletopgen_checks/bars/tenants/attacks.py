@@ -13,6 +13,8 @@ from tabletopgen_checks.bars.reliability import load
 
 FLOODING_CLIENTS, BODY_CLIENTS, STREAMS, BATCH_CLIENTS = 8, 2, 200, 1
 BODY_BYTES, BATCH_REQUESTS = 16 << 20, 1000
+# What a line of a gigabit a second carries; this machine's own network would carry five times as many.
+BODIES_PER_S = 7
 TEXT = "An office desk with exactly a mug and nothing else"
 
 
@@ -23,9 +25,14 @@ def submissions(port: int, header: dict, seconds: float, _job: str):
 
 
 def big_bodies(port: int, header: dict, seconds: float, _job: str):
-    """Bodies of the largest size that are no scene."""
-    request = load.post("/scenes", {"text": "x" * BODY_BYTES}, header)
-    return load.run([port], BODY_CLIENTS, seconds, lambda _: request)[2]
+    """Large bodies that are no scene."""
+    request, began = load.post("/scenes", {"text": "x" * BODY_BYTES}, header), time.monotonic()
+
+    def paced(k: int) -> bytes:
+        time.sleep(max(0.0, began + k / BODIES_PER_S - time.monotonic()))
+        return request
+
+    return load.run([port], BODY_CLIENTS, seconds, paced)[2]
 
 
 def batches(port: int, header: dict, seconds: float, _job: str):
@@ -53,11 +60,11 @@ def attack(name: str, answers, *arguments):
 
 
 @contextlib.contextmanager
-def under(client, seconds: float, job: str):
-    """All of them at once, on behalf of a client; yields what they were answered, by attack, once they have ended."""
+def under(names, client, seconds: float, job: str):
+    """Those attacks at once, on behalf of a client; yields what they were answered, by attack, once they have ended."""
     answers, found = multiprocessing.Queue(), {}
     arguments = (client.port, client.credential(), seconds, job)
-    many = [multiprocessing.Process(target=attack, args=(name, answers, *arguments), daemon=True) for name in ATTACKS]
+    many = [multiprocessing.Process(target=attack, args=(name, answers, *arguments), daemon=True) for name in names]
     for one in many:
         one.start()
     try:
