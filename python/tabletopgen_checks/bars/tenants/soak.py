@@ -1,8 +1,8 @@
 """Two tenants, each alone, and then both while one of them floods the server.
 
 A tenant submits at a steady pace. Each job waits for a vendor and then ends, so that turns at workers are measured and
-not the processor. Turns are fair if the other tenant has no more of them than this one while a job of this one waits, but
-for the slots that were taken when it came, and if two tenants with a backlog get as many."""
+not the processor. Turns are fair if the other tenant has no more of them than this one while a job of this one waits,
+but for the slots that were taken when it came, and if two tenants with a backlog get as many."""
 
 import http.client
 import json
@@ -98,7 +98,7 @@ def measure(bench) -> Finding:
         f"a p99 of the submission within {P99_FACTOR:.0f} times that alone (or {1000 * P99_FLOOR_S:.0f} ms, as short answers scatter on "
         f"two cores), and no more than {SLOTS} turns ahead: those that the other tenant had beyond one's own while one's job waited. The "
         f"other tenant attacks with {attacks.FLOODING_CLIENTS} clients that submit, {attacks.BODIES_PER_S} bodies of "
-        f"{attacks.BODY_BYTES >> 20} MiB a second, {attacks.STREAMS} event streams that nobody reads, and batches of "
+        f"{attacks.BODY_BYTES >> 20} MiB a second, {attacks.STREAMS} event streams without a reader, and batches of "
         f"{attacks.BATCH_REQUESTS} requests, in processes of this machine that come last for its processor. All limits are the usual "
         f"ones. The load of the machine at the start, from other programs, was {load:.1f}."
     )
@@ -152,12 +152,12 @@ class Comparison:
         """The most turns that another tenant had, beyond those of this one, while a job of this one waited."""
         jobs = self.service.rows("SELECT tenant_id, created_at, started_at FROM jobs WHERE started_at IS NOT NULL")
         times = sorted((int(started), int(created), of == tenant) for of, created, started in jobs)
-        most = 0
+        excess = 0
         for at, created, is_own in times:
             if is_own and created >= since_ms:
                 turns = [own for started, _, own in times if created < started < at]
-                most = max(most, len(turns) - 2 * sum(turns))
-        return most
+                excess = max(excess, len(turns) - 2 * sum(turns))
+        return excess
 
     def share(self, victim):
         """How many jobs of each end while both have a backlog: the flood left the hostile tenant one."""
