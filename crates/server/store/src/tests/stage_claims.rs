@@ -9,7 +9,7 @@ pub(super) async fn a_claim_lasts_as_long_as_its_jobs_lease(place: Place) {
         submitted(&store).await;
     }
     let one = store
-        .claim("one", Duration::from_millis(300), 9, &Scope::all())
+        .claim("one", Duration::from_secs(2), 9, &Scope::all())
         .await
         .expect("answers")
         .expect("answers")
@@ -24,7 +24,7 @@ pub(super) async fn a_claim_lasts_as_long_as_its_jobs_lease(place: Place) {
     let foreign = StageKey { tenant_id: "other".parse().expect("answers"), ..stage("alpha") };
     assert_eq!(store.stage_computed_by(&two, &foreign).await.expect("answers"), None);
     // The lease runs out: the claim stays until the job is taken from its worker, which may still write.
-    tokio::time::sleep(Duration::from_millis(400)).await;
+    tokio::time::sleep(Duration::from_millis(2100)).await;
     assert_eq!(store.stage_started(&two, &stage("alpha")).await.expect("answers"), held);
     assert_eq!(store.rescue(9).await.expect("answers"), 1);
     assert_eq!(store.stage_computed_by(&two, &stage("alpha")).await.expect("answers"), None);
