@@ -28,7 +28,7 @@ impl App {
     ///
     /// A [`Problem`] with the fields that will not do.
     pub fn check_webhook(&self, webhook: &NewWebhook) -> Result<(), Problem> {
-        let NewWebhook { url, description, .. } = webhook;
+        let NewWebhook { url, description, events, .. } = webhook;
         let mut errors = Vec::new();
         if url.chars().count() > MAX_URL_CHARS {
             errors.push(FieldError::new("/url", format!("must have at most {MAX_URL_CHARS} characters")));
@@ -40,6 +40,9 @@ impl App {
                 "must have at most {MAX_DESCRIPTION_CHARS} characters, none of them a control character"
             );
             errors.push(FieldError::new("/description", detail));
+        }
+        if events.len() > EventType::ALL.len() {
+            errors.push(FieldError::new("/events", "must not have more events than there are".to_owned()));
         }
         if errors.is_empty() { Ok(()) } else { Err(Problem::invalid(errors)) }
     }
@@ -61,11 +64,6 @@ impl App {
         loop {
             let read = store.webhook(tenant_id, id).await?;
             let read = read.ok_or_else(|| Problem::not_found("webhook", id.as_str()))?;
-            if !is_expected(&read) {
-                let detail = "this webhook is no longer as the If-Match header says; get it again, and send the change with \
-                              its new ETag";
-                return Err(Problem::new(ProblemType::PreconditionFailed, "webhook_changed", detail));
-            }
             let WebhookChange { url, description, events, is_enabled } = change.clone();
             let new = NewWebhook {
                 tenant_id: tenant_id.clone(),
@@ -74,6 +72,12 @@ impl App {
                 events: events.unwrap_or_else(|| read.events.clone()),
             };
             self.check_webhook(&new)?;
+            // A precondition is about a request that would be accepted without it (RFC 9110, section 13.2.1).
+            if !is_expected(&read) {
+                let detail = "this webhook is no longer as the If-Match header says; get it again, and send the change with \
+                              its new ETag";
+                return Err(Problem::new(ProblemType::PreconditionFailed, "webhook_changed", detail));
+            }
             let is_enabled = is_enabled.unwrap_or(read.disabled_reason.is_none());
             let is_same = (&new.url, &new.description, &new.events, is_enabled)
                 == (&read.url, &read.description, &read.events, read.disabled_reason.is_none());

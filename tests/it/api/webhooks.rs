@@ -318,6 +318,19 @@ async fn expire_leases(directory: &std::path::Path) {
     }
 }
 
+#[tokio::test]
+async fn more_events_than_there_are_are_refused_before_a_precondition() {
+    let receiver = Receiver::start(&[]).await;
+    let server = server(&Script::new(&[]), &[&receiver], &[]).await;
+    let path = path(&created(&server, json!({ "url": receiver.url() })).await);
+    let change = json!({ "events": vec!["batch.ended"; 20] });
+    let refused = patch(&server, &path, &[("if-match", "\"other\"")], change.clone()).await;
+    assert_eq!(refused.problem(), (422, "invalid_body".into()));
+    assert_eq!(refused.json()["errors"][0]["pointer"], "/events");
+    let many = json!({ "url": receiver.url(), "events": change["events"] });
+    assert_eq!(server.post("/webhooks", many).await.status, 422);
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_webhook_is_made_changed_and_deleted() {
     let receiver = Receiver::start(&[]).await;
