@@ -118,6 +118,9 @@ def of_few_episodes(body: dict):
     elif "cameras" in record:
         for name in ("point_cloud", "depth", "instance_ids"):
             record.pop(name, None)
+    if any(record.get(name) for name in ("point_cloud", "depth", "instance_ids")):
+        # Other formats keep none of them.
+        body["formats"] = ["parquet-png"]
     if "size_px" in record:
         record["size_px"] = min(record["size_px"], 64)
 
@@ -174,7 +177,7 @@ def replace(case):
         if case.operation.label == EXECUTE:
             case.body["robot"] = "panda"
             if case.body.get("task") is not None:
-                case.body["task"]["goal"] = [GOAL]
+                case.body["task"].update(goal=[GOAL], robot="panda")
             # The scene may be a finished one, whatever its id came from.
             if case.body.get("text") is not None:
                 case.body["text"] = INSTRUCTION
