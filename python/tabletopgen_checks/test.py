@@ -34,8 +34,8 @@ CARGO = os.environ.get("CARGO", "cargo")
 KILLS = 6
 # The bar of reliability with counts that take less than a minute.
 RELIABILITY = ["--only", "kills,posts", "--kills", "8", "--posts", "50"]
-# The bar of tenants with counts that take less than two minutes. tests/it/api/access.rs has its matrix; its soak measures
-# times, which a machine with other work does not keep.
+# The bar of tenants with counts that take less than two minutes. tests/it/api/access.rs has its matrix; its soak
+# measures times, which a machine with other work does not keep.
 TENANTS = ["--only", "deletion,secrets", "--stores", "sqlite", "--scenes", "20", "--others", "1", "--grace-seconds", "10"]
 # Drake and PyBullet take up to a minute of processor time per simulated second, and the README's examples two minutes.
 # The first scene gets a second and the examples, some more get a quarter of a second, and the others are not simulated
