@@ -247,6 +247,14 @@ impl Problem {
         )
     }
 
+    /// 412 for a resource whose ETag is no longer that of the header `If-Match`.
+    pub fn no_longer_matches(what: &str, code: &'static str) -> Self {
+        let detail = format!(
+            "this {what} is no longer as the If-Match header says; get it again, and send the change with its new ETag"
+        );
+        Self::new(ProblemType::PreconditionFailed, code, detail)
+    }
+
     pub fn not_found(what: &str, id: &str) -> Self {
         let shown: String = path_without_keys(id).chars().take(80).collect();
         Self::new(ProblemType::NotFound, "not_found", format!("there is no {what} {shown:?}"))

@@ -30,7 +30,7 @@ pub(super) fn around(router: Router<Api>, api: &Api) -> Router<Api> {
 
 async fn admit(State(api): State<Api>, request: Request, next: Next) -> Response {
     let local = request.extensions().get::<Arc<Connection>>().and_then(|connection| connection.local);
-    let is_allowed_page = api.origins.contain_sender(request.headers());
+    let is_allowed_page = api.origins.allow(request.headers());
     if let Err((reason, problem)) = api.hosts.check(&request, local, is_allowed_page) {
         metrics::counter!("tabletopgen_requests_refused_total", "reason" => reason).increment(1);
         return problem.into_response();

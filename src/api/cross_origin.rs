@@ -37,7 +37,7 @@ impl AllowedOrigins {
     }
 
     /// Whether a page of one of the origins sent the request.
-    pub fn contain_sender(&self, headers: &HeaderMap) -> bool {
+    pub fn allow(&self, headers: &HeaderMap) -> bool {
         let mut origins = headers.get_all(header::ORIGIN).into_iter();
         let origin = origins.next().filter(|_| origins.next().is_none());
         origin.is_some_and(|origin| self.0.contains(origin))

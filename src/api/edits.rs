@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::admission::overloaded;
-use super::enqueue::{Delivery, enqueue};
+use super::enqueue::{SubmissionOptions, enqueue};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::parent;
 use super::query::{NoParameters, Parameters, Time};
@@ -111,13 +111,13 @@ pub async fn submit(
     api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     _: Parameters<NoParameters>,
-    delivery: Delivery,
+    options: SubmissionOptions,
     JsonBody { value: body, memory: _memory }: JsonBody<EditBody>,
 ) -> Result<Response, Problem> {
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let parent = parent::bundle_of(&api, &scene_id, body.allow_quarantined).await?;
     let submission = api.app.check_edit(body.order(), &parent)?;
-    enqueue(&api, submission.child_of(scene_id), delivery).await
+    enqueue(&api, submission.child_of(scene_id), options).await
 }
 
 /// `POST /scenes/{scene_id}/edits/validate`.

@@ -26,14 +26,14 @@ use store::limits::LimitReached;
 use store::scenes::{NewRows, SubmitOutcome};
 
 /// Options in the headers of a request for new work: `Idempotency-Key` and `Prefer`.
-pub struct Delivery {
+pub struct SubmissionOptions {
     pub(super) idempotency_key: Option<String>,
     /// Longest time that the client waits for the answer.
     pub(super) wait: Option<Duration>,
     record: RequestRecord,
 }
 
-impl FromRequestParts<Api> for Delivery {
+impl FromRequestParts<Api> for SubmissionOptions {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, api: &Api) -> Result<Self, Problem> {
@@ -53,9 +53,9 @@ impl FromRequestParts<Api> for Delivery {
 pub(super) async fn enqueue(
     api: &TenantApi,
     submission: Submission,
-    delivery: Delivery,
+    options: SubmissionOptions,
 ) -> Result<Response, Problem> {
-    let Delivery { idempotency_key, wait, record } = delivery;
+    let SubmissionOptions { idempotency_key, wait, record } = options;
     let key = scoped(api, KeyScope::Scene, idempotency_key.as_deref());
     // The status of an answer that waits is not known yet.
     let record = if wait.is_some() { RequestRecord::default() } else { record };

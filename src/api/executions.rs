@@ -11,7 +11,7 @@ use serde::Deserialize;
 use super::accepted::accepted_at;
 use super::admission::overloaded;
 use super::download::{Content, Download, respond};
-use super::enqueue::{Awaited, Delivery, preference_applied, wait_for};
+use super::enqueue::{Awaited, SubmissionOptions, preference_applied, wait_for};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::idempotency::{KeyScope, scoped};
 use super::limits::{check_bytes, refused};
@@ -44,7 +44,7 @@ pub async fn submit(
     api: TenantApi,
     PathId(scene_id): PathId<SceneId>,
     Parameters(ExecutionParameters { format }): Parameters<ExecutionParameters>,
-    Delivery { idempotency_key, wait, .. }: Delivery,
+    SubmissionOptions { idempotency_key, wait, .. }: SubmissionOptions,
     JsonBody { value: draft, memory: _memory }: JsonBody<ExecutionDraft>,
 ) -> Result<Response, Problem> {
     let order = draft.checked(format, api.settings.max_text_chars)?;

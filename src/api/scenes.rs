@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::deletion;
-use super::enqueue::{Delivery, enqueue};
+use super::enqueue::{SubmissionOptions, enqueue};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::merge_patch::MergePatch;
 use super::preconditions::{IfMatch, scene_tag, tag};
@@ -29,11 +29,11 @@ use store::scenes::{SceneFilter, SceneRow};
 pub async fn submit(
     api: TenantApi,
     _: Parameters<NoParameters>,
-    delivery: Delivery,
+    options: SubmissionOptions,
     request: Request,
 ) -> Result<Response, Problem> {
     let (submission, _memory) = scene_body::receive(&api, request).await?;
-    enqueue(&api, submission, delivery).await
+    enqueue(&api, submission, options).await
 }
 
 /// `POST /scenes/validate`. JSON alone: clients in Python that openapi-python-client generates (0.29, its issue 1451)

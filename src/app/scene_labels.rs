@@ -73,9 +73,7 @@ pub async fn change_labels(
         }
         // A precondition is about a request that would be accepted without it (RFC 9110, section 13.2.1).
         if !is_expected(&scene) {
-            let detail = "this scene is no longer as the If-Match header says; get it again, and send the change with \
-                          its new ETag";
-            return Err(Problem::new(ProblemType::PreconditionFailed, "scene_changed", detail));
+            return Err(Problem::no_longer_matches("scene", "scene_changed"));
         }
         if labels == scene.labels {
             return Ok(scene);

@@ -2,7 +2,7 @@
 //! stay.
 
 use super::App;
-use crate::problem::{FieldError, Problem, ProblemType};
+use crate::problem::{FieldError, Problem};
 use http_client::AddressError;
 use scene::{TenantId, WebhookId};
 use store::Store;
@@ -74,9 +74,7 @@ impl App {
             self.check_webhook(&new)?;
             // A precondition is about a request that would be accepted without it (RFC 9110, section 13.2.1).
             if !is_expected(&read) {
-                let detail = "this webhook is no longer as the If-Match header says; get it again, and send the change with \
-                              its new ETag";
-                return Err(Problem::new(ProblemType::PreconditionFailed, "webhook_changed", detail));
+                return Err(Problem::no_longer_matches("webhook", "webhook_changed"));
             }
             let is_enabled = is_enabled.unwrap_or(read.disabled_reason.is_none());
             let is_same = (&new.url, &new.description, &new.events, is_enabled)

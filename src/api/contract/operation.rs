@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 use super::apply_rules;
 use crate::api::Api;
 use crate::api::access::Access;
-use crate::api::enqueue::Delivery;
+use crate::api::enqueue::SubmissionOptions;
 use crate::api::extract::{JsonBody, JsonRequest, OptionalJsonBody, PathId, PathName, ResourceId, TenantApi};
 use crate::api::idempotency::IdempotencyKey;
 use crate::api::query::Parameters;
@@ -340,7 +340,7 @@ impl<T: JsonSchema> Describe for Parameters<T> {
     }
 }
 
-impl Describe for Delivery {
+impl Describe for SubmissionOptions {
     fn describe(operation: &mut Operation<'_>) {
         IdempotencyKey::describe(operation);
         operation.header(
