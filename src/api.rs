@@ -34,6 +34,7 @@ pub mod scenes;
 mod accepted;
 mod idempotency;
 mod limits;
+mod turns;
 mod enqueue;
 mod parent;
 pub mod edits;
@@ -86,6 +87,7 @@ use minute_counts::MinuteCounts;
 use proxy_identity::ProxyHeaders;
 use serve::client_address::Proxies;
 use serve::connections::Limits;
+use turns::Turns;
 
 /// Section `[server]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -167,16 +169,18 @@ pub struct Api {
     pub draining: CancellationToken,
     /// Cancelled when the listener closes: streams end.
     pub shutdown: CancellationToken,
-    /// Large bodies are parsed, and images decoded, a few at a time.
-    decoders: Arc<Semaphore>,
+    /// Submissions are written a few at a time, in turns of their tenants.
+    submissions: Turns,
+    /// Large bodies are parsed, and images decoded, a few at a time, in turns of their tenants.
+    decoders: Turns,
     /// Pixels that are being decoded, in blocks: of the largest image there is one at a time.
     pixel_blocks: Arc<Semaphore>,
     /// Tasks are rehearsed one request at a time.
     rehearsals: Arc<Semaphore>,
     /// Images are fetched a few at a time.
     fetches: Arc<Semaphore>,
-    /// Requests of batches are checked and stored for a few batches at a time.
-    receptions: Arc<Semaphore>,
+    /// Requests of batches are checked and stored for a few batches at a time, in turns of their tenants.
+    receptions: Turns,
     /// Requests that are being answered.
     requests: Arc<Semaphore>,
     body_memory: BodyMemory,
@@ -204,13 +208,15 @@ impl Api {
         shutdown: CancellationToken,
     ) -> Self {
         let semaphore = |permits: usize| Arc::new(Semaphore::new(permits.clamp(1, Semaphore::MAX_PERMITS)));
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let max_streams = settings.max_event_streams.min(Limits::new(&settings).total.div_ceil(2));
         Self {
-            decoders: semaphore(2),
+            submissions: Turns::new(SUBMISSIONS_PER_CORE * cores),
+            decoders: Turns::new(2),
             pixel_blocks: semaphore(max_pixel_blocks(&settings) as usize),
             rehearsals: semaphore(1),
             fetches: semaphore(4),
-            receptions: semaphore(2),
+            receptions: Turns::new(2),
             requests: semaphore(settings.max_requests),
             body_memory: BodyMemory::new(settings.body_memory_bytes),
             hosts: Arc::new(AllowedHosts::new(
@@ -245,6 +251,10 @@ impl Api {
         max_pixel_blocks(&self.settings)
     }
 }
+
+/// Submissions that are written at the same time. More would only compete for the processor, and one that has to wait for
+/// the database leaves it to the others.
+const SUBMISSIONS_PER_CORE: usize = 2;
 
 /// Event streams that read rows at the same time. Other requests keep the remaining connections to the database.
 const CONCURRENT_STREAM_READS: usize = 2;

@@ -131,7 +131,7 @@ pub async fn validate(
     let parent = parent::bundle_of(&api, &scene_id, body.allow_quarantined).await?;
     let submission = api.app.check_edit(body.order(), &parent)?;
     // One archive in memory for each of a few requests at a time.
-    let permit = api.decoders.clone().acquire_owned().await.map_err(|_| overloaded())?;
+    let permit = api.decoders.of(&api.tenant_id).await;
     let (app, request) = (api.app.clone(), submission.request);
     let predict = move |archive: &[u8]| {
         let prediction = app.predict_edit(&request, archive)?;

@@ -117,6 +117,7 @@ pub(super) async fn enqueue_one(
     let budget_usd = api.settings.usual_budget_usd;
     let schedule = submission.schedule(&api.app.config().queue);
     let new = submission.into_row(&api.store, api.tenant_id.clone(), budget_usd, idempotency_key).await?;
+    let _turn = api.submissions.of(&api.tenant_id).await;
     let entry = record.take(StatusCode::ACCEPTED);
     let outcome = api.store.submit_scheduled(new, schedule, entry.clone()).await;
     if !matches!(outcome, Ok(SubmitOutcome::Created { .. })) {

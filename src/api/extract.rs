@@ -4,8 +4,8 @@ use std::ops::Deref;
 use std::str::FromStr;
 
 use axum::extract::{FromRequest, FromRequestParts, RawPathParams, Request};
-use axum::http::HeaderMap;
 use axum::http::request::Parts;
+use axum::http::{Extensions, HeaderMap};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
@@ -16,6 +16,7 @@ use super::json_body::{MAX_SMALL_BODY_BYTES, media_type, parse_apart};
 use super::principal::Principal;
 use crate::problem::{Problem, ProblemType};
 use scene::{BatchId, DatasetId, JobId, KeyId, RecordingId, SceneId, TenantId, WebhookId};
+use store::DEFAULT_TENANT;
 
 /// The state that handlers share, on behalf of the tenant that a request comes from.
 #[derive(Clone)]
@@ -130,7 +131,8 @@ impl<T: JsonRequest> FromRequest<Api> for JsonBody<T> {
             let detail = format!("send application/json such as {}", T::EXAMPLE);
             return Err(Problem::new(ProblemType::UnsupportedMediaType, "body_format", detail));
         }
-        let (value, memory) = parse_apart(api, collected::<T>(request, api).await?).await?;
+        let tenant_id = tenant_of(request.extensions());
+        let (value, memory) = parse_apart(api, &tenant_id, collected::<T>(request, api).await?).await?;
         Ok(Self { value, memory })
     }
 }
@@ -142,7 +144,7 @@ impl<T: JsonRequest + Default> FromRequest<Api> for OptionalJsonBody<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, api: &Api) -> Result<Self, Problem> {
-        let is_json = is_json(request.headers());
+        let (is_json, tenant_id) = (is_json(request.headers()), tenant_of(request.extensions()));
         let body = collected::<T>(request, api).await?;
         if body.is_empty() {
             return Ok(Self(T::default()));
@@ -151,8 +153,15 @@ impl<T: JsonRequest + Default> FromRequest<Api> for OptionalJsonBody<T> {
             let detail = format!("send application/json such as {}, or no body", T::EXAMPLE);
             return Err(Problem::new(ProblemType::UnsupportedMediaType, "body_format", detail));
         }
-        Ok(Self(parse_apart(api, body).await?.0))
+        Ok(Self(parse_apart(api, &tenant_id, body).await?.0))
     }
+}
+
+/// The tenant of a request; the usual one where its route has no principal.
+fn tenant_of(extensions: &Extensions) -> TenantId {
+    extensions
+        .get::<Principal>()
+        .map_or_else(|| DEFAULT_TENANT.clone(), |principal| principal.tenant_id.clone())
 }
 
 fn is_json(headers: &HeaderMap) -> bool {

@@ -8,9 +8,9 @@ use axum::http::StatusCode;
 use axum::http::request::Parts;
 use bytes::Bytes;
 
-use super::Api;
 use super::body::{BodyReader, ReceivedBody};
 use super::body_memory::Reservation;
+use super::extract::TenantApi;
 use super::json_body::parse_apart;
 use super::scene_body::SceneBody;
 use crate::problem::{Problem, ProblemType};
@@ -27,7 +27,7 @@ pub struct Form {
 /// # Errors
 ///
 /// A [`Problem`] where the body does not arrive within the limits, is no form, or has other fields.
-pub async fn read(api: &Api, parts: Parts, body: Body) -> Result<Form, Problem> {
+pub async fn read(api: &TenantApi, parts: Parts, body: Body) -> Result<Form, Problem> {
     let source = FormSource::new(BodyReader::new(api, &parts, body, api.settings.max_body_bytes));
     let request = Request::from_parts(parts, source.body());
     let mut fields = Multipart::from_request(request, &())
@@ -44,7 +44,7 @@ pub async fn read(api: &Api, parts: Parts, body: Body) -> Result<Form, Problem> 
             "request" => {
                 let received = ReceivedBody { bytes: bytes.into(), memory: api.body_memory.reservation() };
                 // The reader's reservation covers the value, which is no larger than its JSON.
-                let (body, _) = parse_apart(api, received).await?;
+                let (body, _) = parse_apart(api, &api.tenant_id, received).await?;
                 request.replace(body).is_some()
             }
             _ => {

@@ -8,6 +8,7 @@ use super::body_memory::Reservation;
 use super::{Api, json_outline};
 use crate::app::json_error::field_error;
 use crate::problem::{Problem, ProblemType};
+use scene::TenantId;
 
 /// Largest body of a request that names a few values.
 pub const MAX_SMALL_BODY_BYTES: usize = 64 << 10;
@@ -39,6 +40,7 @@ pub fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
 /// As [`parse`], and where memory is short.
 pub async fn parse_apart<T: DeserializeOwned + Send + 'static>(
     api: &Api,
+    tenant_id: &TenantId,
     body: ReceivedBody,
 ) -> Result<(T, Reservation), Problem> {
     let ReceivedBody { bytes, mut memory } = body;
@@ -47,7 +49,7 @@ pub async fn parse_apart<T: DeserializeOwned + Send + 'static>(
     }
     let size = bytes.len();
     memory.grow_to(2 * size)?;
-    let permit = api.decoders.clone().acquire_owned().await.ok();
+    let permit = api.decoders.of(tenant_id).await;
     let parsed = tokio::task::spawn_blocking(move || {
         let _permit = permit;
         parse(&bytes)

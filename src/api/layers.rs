@@ -1,7 +1,7 @@
 //! Layers around every handler: a request id, the body of problem documents, metrics, and a panic that becomes a 500
 //! instead of a closed connection.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, MatchedPath, Request};
@@ -17,6 +17,10 @@ use super::Api;
 use crate::path_without_keys::path_without_keys;
 use crate::problem::{Problem, ProblemType};
 use crate::spans;
+
+/// Refusals by a limit are answered after this pause. A client that does not heed `Retry-After` sends again when it has the
+/// answer, and answering it at once would take the processor from other tenants.
+const PAUSE_OF_REFUSAL: Duration = Duration::from_millis(100);
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -51,6 +55,9 @@ async fn answer(request: Request, next: Next) -> Response {
     let mut response = next.run(request).instrument(span.clone()).await;
     log_access(&span, route.as_ref(), response.status(), started);
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
+        if problem.limit.is_some() {
+            tokio::time::sleep(PAUSE_OF_REFUSAL).await;
+        }
         let body = problem.document(&id).to_string();
         *response.body_mut() = Body::from(body);
         let headers = response.headers_mut();

@@ -1,7 +1,6 @@
 //! The finished scene that another is made from, or in which robots do tasks.
 
 use futures::TryStreamExt;
-use tokio::sync::OwnedSemaphorePermit;
 
 use super::extract::TenantApi;
 use super::rebuild::missing_bytes;
@@ -53,7 +52,7 @@ pub(super) async fn compute_with<T: Send + 'static>(
     api: &TenantApi,
     scene_id: &SceneId,
     bundle: &ParentBundle,
-    permit: OwnedSemaphorePermit,
+    permit: impl Send + 'static,
     work: impl FnOnce(&[u8]) -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
     let Some(archive) = api.store.blobs().get(&bundle.digest).await? else {

@@ -134,7 +134,7 @@ pub async fn receive(api: &TenantApi, request: Request) -> Result<(Submission, R
     let (body, file, memory) = match media_type(&parts.headers).as_str() {
         "application/json" => {
             let reader = BodyReader::new(api, &parts, body, api.settings.max_body_bytes);
-            let (body, memory) = parse_apart(api, reader.collect().await?).await?;
+            let (body, memory) = parse_apart(api, &api.tenant_id, reader.collect().await?).await?;
             (body, None, memory)
         }
         "multipart/form-data" => {
@@ -211,18 +211,13 @@ fn wrong_image(pointer: &str, detail: &str) -> Problem {
     Problem::invalid(vec![FieldError::new(pointer, detail)])
 }
 
-/// Checks an order on a thread that may block. Images are decoded a few at a time, and of large ones fewer.
+/// Checks an order: one with an image on a thread that may block. Images are decoded a few at a time, and of large ones
+/// fewer.
 async fn check_apart(api: &TenantApi, body: SceneBody, image: Option<Bytes>) -> Result<Submission, Problem> {
-    let permits = match &image {
-        Some(bytes) => {
-            let bytes = bytes.clone();
-            let blocks = tokio::task::spawn_blocking(move || image::pixel_blocks(&bytes)).await.unwrap_or(1);
-            let pixels =
-                api.pixel_blocks.clone().acquire_many_owned(blocks.min(api.max_pixel_blocks())).await.ok();
-            Some((pixels, api.decoders.clone().acquire_owned().await.ok()))
-        }
-        None => None,
-    };
+    let Some(bytes) = image.clone() else { return api.app.check_scene(body.order(None)) };
+    let blocks = tokio::task::spawn_blocking(move || image::pixel_blocks(&bytes)).await.unwrap_or(1);
+    let pixels = api.pixel_blocks.clone().acquire_many_owned(blocks.min(api.max_pixel_blocks())).await.ok();
+    let permits = (pixels, api.decoders.of(&api.tenant_id).await);
     let (app, order) = (api.app.clone(), body.order(image));
     let checked = tokio::task::spawn_blocking(move || {
         let _permits = permits;

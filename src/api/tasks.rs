@@ -23,8 +23,8 @@ pub async fn list(
     let bundle = parent::bundle_of(&api, &scene_id, true).await?;
     // Rehearsals simulate for seconds, as executions do; the rest takes milliseconds.
     let permit = match request.is_rehearsed() {
-        true => api.rehearsals.clone().try_acquire_owned().map_err(|_| overloaded())?,
-        false => api.decoders.clone().acquire_owned().await.map_err(|_| overloaded())?,
+        true => (Some(api.rehearsals.clone().try_acquire_owned().map_err(|_| overloaded())?), None),
+        false => (None, Some(api.decoders.of(&api.tenant_id).await)),
     };
     let app = api.app.clone();
     let propose = move |archive: &[u8]| app.propose_tasks(archive, &request);

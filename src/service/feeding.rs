@@ -22,7 +22,10 @@ const BUNDLED_CHANGES: Duration = Duration::from_millis(20);
 /// Requests of a recipe that get their rows together.
 const EXPANDED_TOGETHER: usize = 200;
 
-/// Longest pause after a batch was fed.
+/// The feeder rests so many times as long as it looked at batches.
+const LOOK_SHARE: u32 = 4;
+
+/// Longest pause after batches were looked at.
 const LONGEST_REST: Duration = Duration::from_secs(1);
 
 /// Feeds from now on until `shutdown`.
@@ -50,6 +53,7 @@ async fn feed_until_shutdown(feeder: Feeder, poll: Duration, shutdown: Cancellat
     let mut changes = feeder.store.changes();
     while !shutdown.is_cancelled() {
         changes.mark_unchanged();
+        let began = Instant::now();
         match feed(&feeder).await {
             Ok(()) => {}
             // The store itself reports outages, once.
@@ -58,9 +62,11 @@ async fn feed_until_shutdown(feeder: Feeder, poll: Duration, shutdown: Cancellat
                 tracing::error!(error = error.chain(), "cannot feed the batches; trying again later")
             }
         }
+        // Each look asks for every batch, and with many that takes long: most changes are none of theirs.
+        let rest = (LOOK_SHARE * began.elapsed()).clamp(BUNDLED_CHANGES, LONGEST_REST);
         tokio::select! {
             () = shutdown.cancelled() => {}
-            _ = changes.changed() => tokio::time::sleep(BUNDLED_CHANGES).await,
+            _ = changes.changed() => tokio::time::sleep(rest).await,
             () = tokio::time::sleep(poll) => {}
         }
     }

@@ -18,8 +18,8 @@ use scene::BatchId;
 use store::Digest;
 use store::batches::{NewBatch, NewItem, PublishOutcome, RecipeRest, RestCounts};
 
-/// Requests that are stored in one transaction.
-const GROUP: usize = 1000;
+/// Requests that are stored in one transaction, which others wait for.
+const GROUP: usize = 200;
 /// Groups that wait for the store.
 const GROUPS_AHEAD: usize = 2;
 
@@ -48,6 +48,10 @@ pub(super) async fn receive(
         };
     }
     check_bytes(api).await?;
+    // Before its requests are read and stored; counted again, with them, where it is published.
+    if let Some(reached) = api.store.full_of_batches(&api.tenant_id).await? {
+        return Err(refused(reached));
+    }
     let new = NewBatch { tenant_id: api.tenant_id.clone(), name, budget, idempotency_key: key, body_digest };
     let id = api.store.begin_batch(new).await?;
     if let Err(problem) = store_requests(api, &id, kind, body).await {
@@ -90,7 +94,7 @@ async fn store_requests(
     kind: BodyKind,
     body: ReceivedBody,
 ) -> Result<(), Problem> {
-    let _turn = api.receptions.clone().acquire_owned().await.ok();
+    let _turn = api.receptions.of(&api.tenant_id).await;
     let (groups, mut received) = mpsc::channel(GROUPS_AHEAD);
     let reader = BatchReader { app: api.app.clone() };
     let reading = tokio::task::spawn_blocking(move || read(&reader, kind, &body, &groups));

@@ -204,6 +204,7 @@ impl Store {
     }
 
     fn announce_cancellation(&self) {
+        self.admission.made_room();
         self.changes.announce(Change::Cancellation);
     }
 }

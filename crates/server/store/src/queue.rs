@@ -115,6 +115,7 @@ impl Store {
             })
             .await?;
         if claim.is_some() {
+            self.admission.made_room();
             self.announce();
         }
         Ok(claim)

@@ -123,6 +123,12 @@ impl Store {
         entry: Option<AuditEntry>,
     ) -> Result<SubmitOutcome, StoreError> {
         let admission = self.admission.clone();
+        // A repeated key is answered with its scene, so only the database can tell what to answer.
+        if let (Some(_), None) = (&schedule, &new.idempotency)
+            && let Some(reached) = admission.recent_refusal(&new.tenant_id)
+        {
+            return Ok(SubmitOutcome::Refused(reached));
+        }
         let submitted = self
             .writer
             .write("enqueue a scene", move |connection| {
@@ -135,7 +141,9 @@ impl Store {
                 })
             })
             .await?;
-        self.announce();
+        if matches!(submitted, SubmitOutcome::Created { .. }) {
+            self.announce();
+        }
         Ok(submitted)
     }
 

@@ -197,6 +197,7 @@ conformance! {
     stages::files_of_a_scene_are_listed_in_byte_order,
     wake_ups::a_change_of_one_handle_wakes_the_other,
     tenant_limits::work_at_once_stays_within_the_limit_of_what_waits,
+    tenant_limits::a_refusal_counts_for_a_moment_or_until_there_is_room,
     tenant_limits::work_at_once_stays_within_the_submissions_of_a_minute,
     tenant_limits::no_claims_at_once_exceed_the_jobs_that_a_tenant_may_run,
     tenant_limits::tenants_take_turns_over_work_of_all_kinds,

@@ -2,8 +2,9 @@
 
 use sqlx::AnyConnection;
 
-use crate::StoreError;
+use crate::boxed;
 use crate::limits::{self, Limit, LimitReached, LimitSettings};
+use crate::{Store, StoreError};
 use scene::{BatchId, TenantId};
 
 /// Time after which a refused batch may be sent again, seconds: some requests of others have ended by then.
@@ -23,13 +24,8 @@ pub(super) async fn full(
     if let Some(reached) = limits::spent(connection, tenant_id, limits.micro_usd_per_month).await? {
         return Ok(Some(reached));
     }
-    let max = limits.batch_requests;
-    if max > 0 {
-        let used = unsettled(connection, tenant_id).await?;
-        if used.saturating_add(requests) > max {
-            let (limit, retry_after_secs) = (Limit::BatchRequests, RETRY_AFTER_SECS);
-            return Ok(Some(LimitReached { limit, max, used, retry_after_secs }));
-        }
+    if let Some(reached) = beyond(connection, tenant_id, limits.batch_requests, requests).await? {
+        return Ok(Some(reached));
     }
     if limits.submissions_per_minute > 0 {
         let taken =
@@ -37,6 +33,35 @@ pub(super) async fn full(
         return Ok(taken.err());
     }
     Ok(None)
+}
+
+/// The limit of requests of batches, if so many more would be beyond it.
+async fn beyond(
+    connection: &mut AnyConnection,
+    tenant_id: &TenantId,
+    max: i64,
+    requests: i64,
+) -> Result<Option<LimitReached>, StoreError> {
+    if max == 0 {
+        return Ok(None);
+    }
+    let used = unsettled(connection, tenant_id).await?;
+    let (limit, retry_after_secs) = (Limit::BatchRequests, RETRY_AFTER_SECS);
+    let is_beyond = used.saturating_add(requests) > max;
+    Ok(is_beyond.then_some(LimitReached { limit, max, used, retry_after_secs }))
+}
+
+impl Store {
+    /// The limit that refuses every further batch of a tenant: a cheap question before a batch is received.
+    #[boxed]
+    pub async fn full_of_batches(&self, tenant_id: &TenantId) -> Result<Option<LimitReached>, StoreError> {
+        let read = async {
+            let connection = &mut *self.readers.acquire().await?;
+            let limits = limits::of_tenant(connection, self.admission.settings(), tenant_id).await?;
+            beyond(connection, tenant_id, limits.batch_requests, 1).await
+        };
+        self.readers.within_limit(read).await
+    }
 }
 
 /// Requests of a batch that wait, with and without rows.

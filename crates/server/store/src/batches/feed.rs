@@ -16,8 +16,8 @@ use crate::limits::{self, LimitSettings};
 use crate::{Store, StoreError, database, queue, webhooks};
 use scene::{BatchId, MicroUsd, TenantId};
 
-/// Items of one transaction, so that other writers do not wait long.
-const MAX_ITEMS: i64 = 200;
+/// Items of one transaction, so that other writers do not wait long: each makes a scene with a job.
+const MAX_ITEMS: i64 = 20;
 
 /// By what rules batches are fed.
 #[derive(Clone, Debug, PartialEq)]

@@ -18,6 +18,8 @@ use scene::{BatchId, MicroUsd, TenantId};
 
 /// Items of one statement: each has nine parameters, and SQLite takes 32,766.
 pub(super) const ITEMS_PER_STATEMENT: usize = 200;
+/// Items of a refused batch that are removed in one transaction.
+const DISCARDED_TOGETHER: i64 = 200;
 /// A batch that is not complete after this long is of a process that died.
 const MAX_RECEIVING_MS: i64 = 6 * 3600 * 1000;
 
@@ -133,28 +135,36 @@ impl Store {
     /// limits of its tenant leave no room.
     #[boxed]
     pub async fn publish_batch(&self, id: &BatchId) -> Result<PublishOutcome, StoreError> {
-        let (id, limits) = (id.clone(), *self.admission.settings());
+        let (received, limits) = (id.clone(), *self.admission.settings());
         let published = self
             .writer
             .unhurried()
             .write("publish a batch", move |connection| {
-                Box::pin(async move { publish(connection, &id, &limits).await })
+                Box::pin(async move { publish(connection, &received, &limits).await })
             })
             .await?;
-        self.announce();
+        match published {
+            PublishOutcome::Published => self.announce(),
+            _ => self.discard_batch(id).await?,
+        }
         Ok(published)
     }
 
-    /// Removes a batch that is being received.
+    /// Removes a batch that is being received, a group of items at a time.
     #[boxed]
     pub async fn discard_batch(&self, id: &BatchId) -> Result<(), StoreError> {
-        let id = id.clone();
-        self.writer
-            .unhurried()
-            .write("discard a batch", move |connection| {
-                Box::pin(async move { discard(connection, &id).await })
-            })
-            .await
+        loop {
+            let id = id.clone();
+            let is_gone = self
+                .writer
+                .write("discard a batch", move |connection| {
+                    Box::pin(async move { discard(connection, &id).await })
+                })
+                .await?;
+            if is_gone {
+                return Ok(());
+            }
+        }
     }
 
     /// Removes batches whose reception was broken off; their number.
@@ -254,14 +264,12 @@ async fn publish(
     if let Some(key) = row.try_get::<Option<String>, _>("idempotency_key")?
         && let Some((earlier, body_digest)) = by_key(connection, &tenant_id, &key).await?
     {
-        discard(connection, id).await?;
         let is_same = body_digest == row.try_get::<String, _>("body_digest")?;
         return Ok(if is_same { PublishOutcome::Replayed(earlier) } else { PublishOutcome::KeyReused });
     }
     let now = database::now_ms(connection).await?;
     let requests = admission::pending(connection, id).await?;
     if let Some(reached) = admission::full(connection, &tenant_id, limits, requests, now).await? {
-        discard(connection, id).await?;
         return Ok(PublishOutcome::Refused(reached));
     }
     sqlx::query(
@@ -274,12 +282,25 @@ async fn publish(
     Ok(PublishOutcome::Published)
 }
 
-async fn discard(connection: &mut AnyConnection, id: &BatchId) -> Result<(), StoreError> {
-    for statement in [
-        "DELETE FROM batch_items WHERE batch_id IN (SELECT id FROM batches WHERE id = $1 AND state = 'receiving')",
-        "DELETE FROM batches WHERE id = $1 AND state = 'receiving'",
-    ] {
-        sqlx::query(statement).bind(id.as_str()).execute(&mut *connection).await?;
+/// Removes some items of a batch that is being received, and the batch after its last. Whether it is gone.
+async fn discard(connection: &mut AnyConnection, id: &BatchId) -> Result<bool, StoreError> {
+    let removed = sqlx::query(
+        "DELETE FROM batch_items
+         WHERE batch_id = $1 AND place IN
+             (SELECT place FROM batch_items
+              WHERE batch_id = (SELECT id FROM batches WHERE id = $1 AND state = 'receiving') LIMIT $2)",
+    )
+    .bind(id.as_str())
+    .bind(DISCARDED_TOGETHER)
+    .execute(&mut *connection)
+    .await?
+    .rows_affected();
+    if removed > 0 {
+        return Ok(false);
     }
-    Ok(())
+    sqlx::query("DELETE FROM batches WHERE id = $1 AND state = 'receiving'")
+        .bind(id.as_str())
+        .execute(&mut *connection)
+        .await?;
+    Ok(true)
 }

@@ -3,7 +3,8 @@
 //! Waiting jobs are counted, which takes milliseconds in a long queue. So a count is used for a moment ([`FRESH`]),
 //! with what this process has admitted since, while it is far from every limit: others would have to add a thousand
 //! jobs in that moment. Close to a limit every submission counts, and those of a tenant follow each other, so that no
-//! limit is exceeded. A change of a tenant's limits counts after that moment.
+//! limit is exceeded. A change of a tenant's limits counts after that moment. So does a refusal, until work that waited
+//! has begun or has been cancelled: a tenant that does not heed it costs the database nothing.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
@@ -30,6 +31,14 @@ const WINDOW_SECS: i64 = 600;
 pub(crate) struct Admission {
     settings: LimitSettings,
     counts: Mutex<BTreeMap<TenantId, Count>>,
+    refusals: Mutex<BTreeMap<TenantId, Refusal>>,
+}
+
+/// A scene that waiting work left no room for.
+#[derive(Clone, Copy, Debug)]
+struct Refusal {
+    refused: Instant,
+    reached: LimitReached,
 }
 
 /// Waiting work, as this process knows it.
@@ -60,11 +69,26 @@ impl Waiting {
 
 impl Admission {
     pub(crate) fn new(settings: LimitSettings) -> Self {
-        Self { settings, counts: Mutex::default() }
+        Self { settings, counts: Mutex::default(), refusals: Mutex::default() }
     }
 
     pub(crate) fn settings(&self) -> &LimitSettings {
         &self.settings
+    }
+
+    /// The refusal of a scene of the tenant a moment ago, if this process has made no room since. A tenant that is told
+    /// to come back later and does not is answered by this, so that the transactions of others need not wait for it.
+    pub(crate) fn recent_refusal(&self, tenant_id: &TenantId) -> Option<LimitReached> {
+        let refusals = self.refusals.lock().unwrap_or_else(PoisonError::into_inner);
+        refusals
+            .get(tenant_id)
+            .filter(|refusal| refusal.refused.elapsed() < FRESH)
+            .map(|refusal| refusal.reached)
+    }
+
+    /// Waiting work has begun or has been cancelled.
+    pub(crate) fn made_room(&self) {
+        self.refusals.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
     /// Admits one scene: the number of the tenant's scenes that wait, with this one. `max_scenes` is the limit of the
@@ -118,7 +142,13 @@ impl Admission {
         }
         if let Some((limit, max, used)) = full(&limits, max_scenes, &waiting) {
             let retry_after_secs = time_to_room(connection, tenant_id, now_ms).await?;
-            return Ok(Err(LimitReached { limit, max, used, retry_after_secs }));
+            let reached = LimitReached { limit, max, used, retry_after_secs };
+            if max_scenes.is_some() {
+                let refusal = Refusal { refused: Instant::now(), reached };
+                let mut refusals = self.refusals.lock().unwrap_or_else(PoisonError::into_inner);
+                refusals.insert(tenant_id.clone(), refusal);
+            }
+            return Ok(Err(reached));
         }
         if limits.submissions_per_minute > 0
             && let Err(reached) =

@@ -125,6 +125,36 @@ pub(super) async fn work_at_once_stays_within_the_limit_of_what_waits(place: Pla
     assert_eq!(submit(store, &tenant("free"), Kind::Scene, 0).await, None, "others have room");
 }
 
+pub(super) async fn a_refusal_counts_for_a_moment_or_until_there_is_room(place: Place) {
+    let store = place.store();
+    let own = tenant("impatient");
+    limit(store, &own, &[(Limit::WaitingJobs, 1)]).await;
+    let keyed = |key: &str| NewScene {
+        tenant_id: own.clone(),
+        idempotency: Some((key.to_owned(), "digest".to_owned())),
+        ..new_scene()
+    };
+    let first = store.submit_scheduled(keyed("first"), usual(), None).await.expect("submits");
+    let SubmitOutcome::Created { job_id, .. } = first else { panic!("{first:?}") };
+    let refused = submit(store, &own, Kind::Scene, 0).await.expect("one waits");
+    // Others, and a key that was used before, are answered by the database.
+    assert_eq!(submit(store, &tenant("patient"), Kind::Scene, 0).await, None);
+    let again = store.submit_scheduled(keyed("first"), usual(), None).await.expect("answers");
+    assert!(matches!(again, SubmitOutcome::Replayed { .. }), "{again:?}");
+    // What is refused a moment later meets no transaction, so it is refused also while the limit is higher.
+    limit(store, &own, &[(Limit::WaitingJobs, 2)]).await;
+    assert_eq!(submit(store, &own, Kind::Scene, 0).await, Some(refused));
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    assert_eq!(submit(store, &own, Kind::Scene, 0).await, None);
+    assert!(submit(store, &own, Kind::Scene, 0).await.is_some());
+    // A cancellation and a claim make room at once.
+    store.cancel(&own, &job_id).await.expect("cancels");
+    assert_eq!(submit(store, &own, Kind::Scene, 0).await, None);
+    assert!(submit(store, &own, Kind::Scene, 0).await.is_some());
+    while claimed(store, "worker").await.tenant_id != own {}
+    assert_eq!(submit(store, &own, Kind::Scene, 0).await, None);
+}
+
 pub(super) async fn work_at_once_stays_within_the_submissions_of_a_minute(place: Place) {
     let store = place.store();
     for max in [1, 5, 11] {

@@ -6,6 +6,7 @@
 //! responsive while the runtime's threads compute.
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use futures::future::BoxFuture;
 use sqlx::AnyConnection;
@@ -16,6 +17,9 @@ use crate::{Outage, Settings, StoreError, database};
 
 /// Maximum number of operations in one transaction.
 const MAX_GROUP: usize = 64;
+
+/// A transaction takes no further operation after this long: the first ones wait for its commit.
+const MAX_GROUP_TIME: Duration = Duration::from_millis(5);
 
 /// Handle on the actor; cloning shares it.
 #[derive(Clone)]
@@ -184,6 +188,7 @@ async fn group(
     deliveries: &mut Vec<Deliver>,
     probe: bool,
 ) -> Result<(), CommitFailure> {
+    let began = Instant::now();
     let mut next = Some(first);
     let mut before = "BEGIN IMMEDIATE; SAVEPOINT operation";
     while let Some(operation) = next {
@@ -202,7 +207,8 @@ async fn group(
             }
         }
         sqlx::query("RELEASE operation").execute(&mut *connection).await?;
-        next = if deliveries.len() < MAX_GROUP { queue.try_recv().ok() } else { None };
+        let is_open = deliveries.len() < MAX_GROUP && began.elapsed() < MAX_GROUP_TIME;
+        next = if is_open { queue.try_recv().ok() } else { None };
     }
     if probe {
         sqlx::raw_sql("CREATE TABLE write_probe (x); DROP TABLE write_probe")
