@@ -1,8 +1,9 @@
 //! `backup`: a copy of a data directory, also while a server uses it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use serde_json::json;
 
 use super::counting::Counting;
 use super::options::ConfigOptions;
@@ -20,6 +21,9 @@ pub struct Arguments {
     /// The data directory
     #[arg(long, value_name = "DIR", default_value = "data")]
     data_dir: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     options: ConfigOptions,
 }
@@ -33,14 +37,22 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let mut see = move |done, all| counting.see(done, all);
     let copying = backup::backup(data_dir, target, &resolved.config.store, &mut see);
     let report = runtime()?.block_on(copying).map_err(failed)?;
-    terminal::print(&format!(
-        "{}: {} blobs, {} of them new ({} bytes)\n",
-        target.display(),
-        report.intact.blobs,
-        report.copied.blobs,
-        report.copied.bytes
-    ));
+    terminal::print(&match arguments.json {
+        true => as_document(target, &report),
+        false => format!(
+            "{}: {} blobs, {} of them new ({} bytes)\n",
+            target.display(),
+            report.intact.blobs,
+            report.copied.blobs,
+            report.copied.bytes
+        ),
+    });
     outcome(&report)
+}
+
+/// The report, JSON.
+pub(super) fn as_document(place: &Path, report: &BackupReport) -> String {
+    format!("{:#}\n", json!({ "place": place.display().to_string(), "report": report }))
 }
 
 /// Lists what is lost; the exit code says whether anything is.

@@ -63,6 +63,9 @@ enum Action {
     Revoke {
         /// Id of the key, as `list` prints it; not the key itself
         id: KeyId,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
         #[command(flatten)]
         place: Place,
     },
@@ -81,7 +84,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
                 create(checked(name, tenant, scopes, expires)?, json, &place).await
             }
             Action::List { tenant, json, place } => list(tenant, json, &place).await,
-            Action::Revoke { id, place } => revoke(&id, &place).await,
+            Action::Revoke { id, json, place } => revoke(&id, json, &place).await,
         }
     })?;
     terminal::print(&text);
@@ -141,8 +144,13 @@ async fn list(tenant: Option<TenantId>, as_json: bool, place: &Place) -> Result<
     Ok(rows.iter().map(as_line).collect())
 }
 
-async fn revoke(id: &KeyId, place: &Place) -> Result<String, Failure> {
-    match connect(place).await?.revoke_key(id).await.map_err(app::AppError::from)? {
+async fn revoke(id: &KeyId, as_json: bool, place: &Place) -> Result<String, Failure> {
+    let outcome = connect(place).await?.revoke_key(id).await.map_err(app::AppError::from)?;
+    match outcome {
+        RevokeOutcome::Revoked | RevokeOutcome::WasRevoked if as_json => {
+            let was_revoked = outcome == RevokeOutcome::WasRevoked;
+            Ok(format!("{:#}\n", json!({ "id": id, "was_revoked_before": was_revoked })))
+        }
         RevokeOutcome::Revoked => Ok(format!("revoked: {id}\n")),
         RevokeOutcome::WasRevoked => Ok(format!("was revoked before: {id}\n")),
         RevokeOutcome::NotFound => Err(Failure::new(

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json;
 
 use super::options::ConfigOptions;
 use super::{Exit, Failure, runtime, terminal};
@@ -19,6 +20,9 @@ pub struct Arguments {
     /// are made without this
     #[arg(long)]
     create: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     options: ConfigOptions,
 }
@@ -35,6 +39,9 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
         DatabaseAddress::Sqlite => arguments.data_dir.display().to_string(),
         DatabaseAddress::Postgres(address) => address.clone(),
     };
-    terminal::print(&format!("{place} is up to date\n"));
+    terminal::print(&match arguments.json {
+        true => format!("{:#}\n", json!({ "place": place, "is_up_to_date": true })),
+        false => format!("{place} is up to date\n"),
+    });
     Ok(Exit::Success)
 }

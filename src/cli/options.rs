@@ -12,7 +12,8 @@ use scene::request::{OnUnknown, RequestOptions};
 /// Sources of settings.
 #[derive(Clone, Debug, Default, Args)]
 pub struct ConfigOptions {
-    /// TOML file laid over the defaults
+    /// TOML file laid over the defaults [default: $TABLETOPGEN_CONFIG, or tabletopgen/config.toml in the folder of
+    /// the user's configuration, if it is there]
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Override one setting, such as decompose.max_hulls=16 (repeatable; `check-config` lists them all)
@@ -21,11 +22,22 @@ pub struct ConfigOptions {
 }
 
 impl ConfigOptions {
+    /// The file: the one that was named, or the usual one where it exists.
+    pub fn file(&self) -> Option<PathBuf> {
+        let variable =
+            |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+        let usual = || {
+            let folder = variable("XDG_CONFIG_HOME").or_else(|| Some(variable("HOME")?.join(".config")))?;
+            Some(folder.join("tabletopgen/config.toml")).filter(|file| file.is_file())
+        };
+        self.config.clone().or_else(|| variable("TABLETOPGEN_CONFIG")).or_else(usual)
+    }
+
     /// The configuration out of all layers; `more` are options that stand for a setting.
     pub fn load(&self, more: Vec<(String, String, &'static str)>) -> Result<Resolved, Failure> {
         let arguments = self.set.iter().map(|(key, value)| (key.clone(), value.clone(), "--set"));
         let sources = Sources {
-            file: self.config.clone(),
+            file: self.file(),
             // A variable that is no UTF-8 cannot be one of ours.
             environment: std::env::vars_os()
                 .filter_map(|(name, value)| Some((name.into_string().ok()?, value.into_string().ok()?)))

@@ -45,6 +45,7 @@ pub struct Progress {
 impl Progress {
     /// `quiet` writes nothing.
     pub fn new(quiet: bool) -> Self {
+        let quiet = quiet || terminal::is_quiet();
         let live = std::io::stderr().is_terminal() && !quiet;
         Self { stages: Vec::new(), running: "before the first stage".to_owned(), live, quiet }
     }

@@ -32,11 +32,17 @@ enum Action {
         /// Reason, for `status`
         #[arg(long, value_name = "TEXT", default_value = "")]
         reason: String,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
         #[command(flatten)]
         place: Place,
     },
     /// Let workers claim work again
     Resume {
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
         #[command(flatten)]
         place: Place,
     },
@@ -45,8 +51,9 @@ enum Action {
 /// Does it, and prints what holds now.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let (place, as_json) = match &arguments.action {
-        Action::Status { json, place } => (place, *json),
-        Action::Pause { place, .. } | Action::Resume { place } => (place, false),
+        Action::Status { json, place }
+        | Action::Pause { json, place, .. }
+        | Action::Resume { json, place } => (place, *json),
     };
     let resolved = place.settings()?;
     let status = runtime()?.block_on(async {

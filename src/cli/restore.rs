@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::backup::{failed, outcome};
+use super::backup::{as_document, failed, outcome};
 use super::counting::Counting;
 use super::options::ConfigOptions;
 use super::{Exit, Failure, runtime, terminal};
@@ -23,6 +23,9 @@ pub struct Arguments {
     /// The data directory; `restore` wants one without a database
     #[arg(long, value_name = "DIR", default_value = "data")]
     data_dir: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     options: ConfigOptions,
 }
@@ -51,11 +54,14 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
             (data_dir, report)
         }
     };
-    terminal::print(&format!(
-        "{}: {} blobs match their digests ({} bytes)\n",
-        place.display(),
-        report.intact.blobs,
-        report.intact.bytes
-    ));
+    terminal::print(&match arguments.json {
+        true => as_document(place, &report),
+        false => format!(
+            "{}: {} blobs match their digests ({} bytes)\n",
+            place.display(),
+            report.intact.blobs,
+            report.intact.bytes
+        ),
+    });
     outcome(&report)
 }

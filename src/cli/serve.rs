@@ -1,8 +1,10 @@
 //! `serve`: the job server until SIGTERM or Ctrl-C.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json;
 
 use super::options::ConfigOptions;
 use super::worker::take_jobs;
@@ -26,13 +28,16 @@ pub struct Arguments {
     /// Role of this process; separate roles need PostgreSQL and an S3 bucket
     #[arg(long, value_enum, default_value_t = Role::All)]
     role: Role,
+    /// Print the address as a JSON document
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     options: ConfigOptions,
 }
 
 /// Runs the server.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
-    let Arguments { listen, allow_unauthenticated, data_dir, role, options } = arguments;
+    let Arguments { listen, allow_unauthenticated, data_dir, role, json, options } = arguments;
     private_mode::keep_private();
     let key = if role == Role::Worker { "worker.listen" } else { "server.listen" };
     let listen = listen.map(|address| (key.to_owned(), address, "--listen"));
@@ -41,7 +46,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let resolved = options.load(listen.into_iter().chain(allowed).collect())?;
     role.check(&resolved.config).map_err(|error| Failure::usage(error.to_string()))?;
     if role == Role::Worker {
-        return take_jobs(&resolved, &data_dir);
+        return take_jobs(&resolved, &data_dir, json);
     }
     // Kept to the end: dropping it sends the spans that wait.
     let _traces = telemetry::start(&resolved.config).map_err(|error| Failure::usage(error.to_string()))?;
@@ -57,9 +62,15 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
         };
         let role = role.as_str();
         tracing::info!(address = %service.address, role, data_dir = %data_dir.display(), "serving");
-        terminal::print(&format!("listening on http://{}\n", service.address));
+        terminal::print(&listening(service.address, json));
         service.run_until(stop.cancelled()).await?;
         tracing::info!("stopped in good order");
         Ok(Exit::Success)
     })
+}
+
+/// The address of a process, for people or as JSON.
+pub(super) fn listening(address: SocketAddr, as_json: bool) -> String {
+    let url = format!("http://{address}");
+    if as_json { format!("{}\n", json!({ "url": url })) } else { format!("listening on {url}\n") }
 }

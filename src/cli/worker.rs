@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use serde_json::json;
 
 use super::options::ConfigOptions;
+use super::serve::listening;
 use super::{Exit, Failure, block_on, number, private_mode, signals, terminal};
 use crate::app::config::Resolved;
 use crate::app::{self, telemetry};
@@ -23,23 +25,26 @@ pub struct Arguments {
     /// Folder for what this process keeps on this machine
     #[arg(long, value_name = "DIR", default_value = "data")]
     data_dir: PathBuf,
+    /// Print the address, or the number of jobs, as a JSON document
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     options: ConfigOptions,
 }
 
 /// Takes jobs until SIGTERM or Ctrl-C.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
-    let Arguments { slots, listen, data_dir, options } = arguments;
+    let Arguments { slots, listen, data_dir, json, options } = arguments;
     private_mode::keep_private();
     let slots = slots.map(|slots| ("worker.concurrency".to_owned(), slots.to_string(), "--slots"));
     let listen = listen.map(|address| ("worker.listen".to_owned(), address, "--listen"));
     let resolved = options.load(slots.into_iter().chain(listen).collect())?;
     Role::Worker.check(&resolved.config).map_err(|error| Failure::usage(error.to_string()))?;
-    take_jobs(&resolved, &data_dir)
+    take_jobs(&resolved, &data_dir, json)
 }
 
 /// Works until a signal; the storage has been checked.
-pub(super) fn take_jobs(resolved: &Resolved, data_dir: &Path) -> Result<Exit, Failure> {
+pub(super) fn take_jobs(resolved: &Resolved, data_dir: &Path, as_json: bool) -> Result<Exit, Failure> {
     // Kept to the end: dropping it sends the spans that wait.
     let _traces = telemetry::start(&resolved.config).map_err(|error| Failure::usage(error.to_string()))?;
     let build = app::pipeline::build_pipeline(resolved)?;
@@ -51,7 +56,8 @@ pub(super) fn take_jobs(resolved: &Resolved, data_dir: &Path) -> Result<Exit, Fa
         let slots = resolved.config.worker.concurrency;
         tracing::info!(slots, "taking jobs");
         terminal::print(&match service.address {
-            Some(address) => format!("listening on http://{address}\n"),
+            Some(address) => listening(address, as_json),
+            None if as_json => format!("{}\n", json!({ "slots": slots })),
             None => format!("taking jobs, {slots} at a time\n"),
         });
         service.run_until(stop.cancelled()).await?;

@@ -1,6 +1,7 @@
 //! Commands of the program.
 
 mod commands;
+mod doctor;
 mod outputs;
 mod messages;
 mod edits;

@@ -34,6 +34,7 @@ pub(super) struct Summary {
 impl Report {
     /// `is_quiet` writes nothing.
     pub(super) fn new(is_quiet: bool) -> Self {
+        let is_quiet = is_quiet || terminal::is_quiet();
         Self { is_live: std::io::stderr().is_terminal() && !is_quiet, is_quiet }
     }
 

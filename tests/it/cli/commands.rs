@@ -10,17 +10,17 @@ use serde_json::Value;
 
 use super::signals;
 
-fn tabletopgen(directory: &Path, arguments: &[&str]) -> Command {
+pub(super) fn tabletopgen(directory: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tabletopgen"));
     command.args(arguments).current_dir(directory).env_remove("TABLETOPGEN__WORKER__FAN_OUT");
     command
 }
 
-fn run(directory: &Path, arguments: &[&str]) -> Output {
+pub(super) fn run(directory: &Path, arguments: &[&str]) -> Output {
     tabletopgen(directory, arguments).output().expect("starts")
 }
 
-fn text(bytes: &[u8]) -> String {
+pub(super) fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("is UTF-8")
 }
 

@@ -1,0 +1,233 @@
+//! `mcp`: the commands as tools of the Model Context Protocol, over standard input and output.
+//!
+//! A tool runs the command of its name in a process of its own and answers with its JSON document, so an assistant gets
+//! what a person gets. Scenes, tasks and recordings are folders below one folder, and tools know them by name alone: no
+//! path of a model's choice is read or written.
+
+mod folder;
+mod command;
+mod parameters;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use rmcp::handler::server::wrapper::Parameters;
+use rmcp::model::{CallToolResult, ContentBlock, Implementation, ServerCapabilities, ServerConfig};
+use rmcp::service::RequestContext;
+use rmcp::{ErrorData, RoleServer, ServerHandler, ServiceExt, tool, tool_handler, tool_router};
+
+use super::{Exit, Failure, block_on};
+use command::Command;
+use folder::Folder;
+use parameters::{Edit, Episodes, Execute, Generate, Inspect, Parse, Tasks, Variants};
+
+/// What an assistant is told before its first call.
+const INSTRUCTIONS: &str = "Makes tabletop scenes for robot simulation (USD, URDF, MJCF, SDF, GLB), edits and varies them, \
+    proposes tasks in them, lets a simulated robot do these, and records demonstrations. Scenes, tasks and recordings are \
+    known by the names that the calls give them. A scene is fit for use if its verdict is `pass`; look at its picture with \
+    `inspect`. Lengths are meters, angles radians, masses kilograms; z points up.";
+
+/// Arguments of `mcp`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Folder for scenes, tasks and recordings
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// TOML file laid over the defaults
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+}
+
+/// Answers calls until standard input ends.
+pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
+    let failed = |error: std::io::Error| {
+        let message =
+            format!("cannot use the folder {}: {error}; give --out another", arguments.out.display());
+        Failure::new(Exit::Error, message)
+    };
+    let folder = Folder::open(&arguments.out).map_err(failed)?;
+    let command = Command::new(arguments.config)
+        .map_err(|error| Failure::new(Exit::Error, format!("cannot find this program: {error}")))?;
+    block_on(async {
+        let stopped =
+            |error: &dyn std::fmt::Display| Failure::new(Exit::Error, format!("the protocol ended: {error}"));
+        let tools = Tools { folder, command };
+        let service = tools.serve(rmcp::transport::stdio()).await.map_err(|error| stopped(&error))?;
+        service.waiting().await.map_err(|error| stopped(&error))?;
+        Ok(Exit::Success)
+    })
+}
+
+/// The tools, each a command of the program.
+#[derive(Clone, Debug)]
+struct Tools {
+    folder: Folder,
+    command: Command,
+}
+
+type Answer = Result<CallToolResult, ErrorData>;
+
+#[tool_router]
+impl Tools {
+    /// Makes a scene from a description; takes some seconds. Answers with its certificate and a picture.
+    #[tool(annotations(title = "Make a scene", destructive_hint = false, open_world_hint = false))]
+    async fn generate(
+        &self,
+        Parameters(given): Parameters<Generate>,
+        context: RequestContext<RoleServer>,
+    ) -> Answer {
+        let Generate { scene, text, seed, max_objects } = given;
+        let mut arguments =
+            vec!["--text".to_owned(), text, "--out".to_owned(), self.folder.new_item(&scene)?];
+        option(&mut arguments, "--seed", seed);
+        option(&mut arguments, "--max-objects", max_objects);
+        let answer = self.command.run("generate", arguments, &context).await?;
+        Ok(self.with_picture(answer, &scene))
+    }
+
+    /// Says what a description is understood as, without making a scene.
+    #[tool(annotations(title = "Read a description", read_only_hint = true, open_world_hint = false))]
+    async fn parse(
+        &self,
+        Parameters(given): Parameters<Parse>,
+        context: RequestContext<RoleServer>,
+    ) -> Answer {
+        // Behind `--`, no text is an option.
+        self.command.run("parse", vec!["--".to_owned(), given.text], &context).await
+    }
+
+    /// Makes a new scene from a finished one by an instruction in words.
+    #[tool(annotations(title = "Edit a scene", destructive_hint = false, open_world_hint = false))]
+    async fn edit(&self, Parameters(given): Parameters<Edit>, context: RequestContext<RoleServer>) -> Answer {
+        let Edit { scene, text, new_scene, seed } = given;
+        let mut arguments = vec!["--bundle".to_owned(), self.folder.item(&scene)?];
+        arguments.extend(["--text".to_owned(), text, "--out".to_owned(), self.folder.new_item(&new_scene)?]);
+        option(&mut arguments, "--seed", seed);
+        let answer = self.command.run("edit", arguments, &context).await?;
+        Ok(self.with_picture(answer, &new_scene))
+    }
+
+    /// Makes scenes from a finished one that differ in layout, meshes, colors, light and more.
+    #[tool(annotations(title = "Vary a scene", destructive_hint = false, open_world_hint = false))]
+    async fn variants(
+        &self,
+        Parameters(given): Parameters<Variants>,
+        context: RequestContext<RoleServer>,
+    ) -> Answer {
+        let Variants { scene, new_scenes, count, vary, seed } = given;
+        let mut arguments = vec!["--bundle".to_owned(), self.folder.item(&scene)?];
+        arguments.extend(["--out".to_owned(), self.folder.new_item(&new_scenes)?]);
+        option(&mut arguments, "--count", Some(count));
+        option(&mut arguments, "--vary", vary.map(|axes| axes.join(",")));
+        option(&mut arguments, "--seed", seed);
+        self.command.run("variants", arguments, &context).await
+    }
+
+    /// Shows a finished scene: its objects with poses, sizes and masses, and a picture.
+    #[tool(annotations(title = "Look at a scene", read_only_hint = true, open_world_hint = false))]
+    async fn inspect(&self, Parameters(given): Parameters<Inspect>) -> Answer {
+        self.folder.item(&given.scene)?;
+        let document = self.folder.document(&given.scene)?;
+        let answer = CallToolResult::success(vec![ContentBlock::text(document)]);
+        Ok(self.with_picture(answer, &given.scene))
+    }
+
+    /// Lists the scenes and other results that there are.
+    #[tool(annotations(title = "List results", read_only_hint = true, open_world_hint = false))]
+    async fn list(&self) -> Answer {
+        Ok(CallToolResult::success(vec![ContentBlock::text(self.folder.list()?)]))
+    }
+
+    /// Proposes tasks for a robot in a finished scene, or reads one from an instruction.
+    #[tool(annotations(title = "Propose tasks", read_only_hint = true, open_world_hint = false))]
+    async fn tasks(
+        &self,
+        Parameters(given): Parameters<Tasks>,
+        context: RequestContext<RoleServer>,
+    ) -> Answer {
+        let Tasks { scene, text, count, robot, rehearse } = given;
+        let mut arguments = vec!["--bundle".to_owned(), self.folder.item(&scene)?];
+        option(&mut arguments, "--text", text);
+        option(&mut arguments, "--count", count);
+        option(&mut arguments, "--robot", robot);
+        if !rehearse {
+            arguments.push("--no-rehearse".to_owned());
+        }
+        self.command.run("tasks", arguments, &context).await
+    }
+
+    /// Lets a simulated robot do a task in a finished scene; the verdict says whether it is done.
+    #[tool(annotations(title = "Do a task", destructive_hint = false, open_world_hint = false))]
+    async fn execute(
+        &self,
+        Parameters(given): Parameters<Execute>,
+        context: RequestContext<RoleServer>,
+    ) -> Answer {
+        let Execute { scene, task, robot, out, video, seed } = given;
+        let mut arguments = vec!["--bundle".to_owned(), self.folder.item(&scene)?];
+        arguments.extend([
+            "--task".to_owned(),
+            instruction(task)?,
+            "--out".to_owned(),
+            self.folder.new_item(&out)?,
+        ]);
+        option(&mut arguments, "--robot", robot);
+        option(&mut arguments, "--seed", seed);
+        if video {
+            arguments.push("--video".to_owned());
+        }
+        self.command.run("execute", arguments, &context).await
+    }
+
+    /// Records demonstrations of a task as a LeRobot dataset; takes some seconds for each episode.
+    #[tool(annotations(title = "Record demonstrations", destructive_hint = false, open_world_hint = false))]
+    async fn episodes(
+        &self,
+        Parameters(given): Parameters<Episodes>,
+        context: RequestContext<RoleServer>,
+    ) -> Answer {
+        let Episodes { scene, task, count, out, robot, seed } = given;
+        let mut arguments = vec!["--bundle".to_owned(), self.folder.item(&scene)?];
+        arguments.extend([
+            "--task".to_owned(),
+            instruction(task)?,
+            "--out".to_owned(),
+            self.folder.new_item(&out)?,
+        ]);
+        option(&mut arguments, "--count", Some(count));
+        option(&mut arguments, "--robot", robot);
+        option(&mut arguments, "--seed", seed);
+        self.command.run("episodes", arguments, &context).await
+    }
+}
+
+impl Tools {
+    /// The answer with the picture of a scene, if it has one.
+    fn with_picture(&self, mut answer: CallToolResult, scene: &str) -> CallToolResult {
+        answer.content.extend(self.folder.picture(scene));
+        answer
+    }
+}
+
+/// An instruction in words; the commands would take a path for the file of a task.
+fn instruction(task: String) -> Result<String, ErrorData> {
+    match std::path::Path::new(&task).exists() {
+        true => Err(ErrorData::invalid_params("task: give an instruction in words, not a file", None)),
+        false => Ok(task),
+    }
+}
+
+fn option<T: ToString>(arguments: &mut Vec<String>, name: &str, value: Option<T>) {
+    // As one argument, no value is an option of its own.
+    arguments.extend(value.map(|value| format!("{name}={}", value.to_string())));
+}
+
+#[tool_handler]
+impl ServerHandler for Tools {
+    fn get_info(&self) -> ServerConfig {
+        let about = Implementation::new("tabletopgen", env!("CARGO_PKG_VERSION"));
+        ServerConfig::new(ServerCapabilities::builder().enable_tools().build())
+            .with_server_info(about)
+            .with_instructions(INSTRUCTIONS)
+    }
+}
