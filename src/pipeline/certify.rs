@@ -37,7 +37,7 @@ use store::Digest;
 pub use plausibility::HealthSettings;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 20 };
+pub const STAGE: Stage = Stage { name: "certify", version: 21 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -319,6 +319,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let summary = SceneSummary {
         bundle_id: &inputs.identity.id,
         objects: composition.recognition.objects.len(),
+        categories: composition.recognition.objects.iter().map(|object| object.category.as_str()).collect(),
         table: &composition.recognition.table.label,
         verdict_text: &certificate.summary,
         text: composition.account.as_ref(),

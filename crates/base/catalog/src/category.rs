@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 use rand::RngExt;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::Generator;
 use super::kit::{Shape, from_shape};
@@ -69,7 +69,7 @@ pub struct Category {
 }
 
 /// State of an object other than standing upright.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
     /// Lying on its side, without rolling away at once.
@@ -85,7 +85,7 @@ pub enum State {
 }
 
 /// Affordances of an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Affordance {
     /// Top that can carry other objects.

@@ -1,6 +1,7 @@
 //! Summary of a finished scene, which servers keep beside its bundle.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::marker::PhantomData;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -24,6 +25,9 @@ pub struct SceneSummary<'a> {
     /// Number of objects.
     #[schemars(with = "Option<u32>", skip_serializing_if = "Option::is_none", range(min = 0, max = 10_000))]
     pub objects: usize,
+    /// Categories of the objects, each once, in order. Absent in scenes of earlier versions.
+    #[schemars(with = "Option<Vec<String>>", skip_serializing_if = "Option::is_none")]
+    pub categories: BTreeSet<&'a str>,
     /// Label of the table.
     #[schemars(with = "Option<String>", skip_serializing_if = "Option::is_none")]
     pub table: &'a str,

@@ -18,11 +18,14 @@ mod webp_chunks;
 use std::borrow::Cow;
 use std::io::Cursor;
 
+use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::error::{LimitError, LimitErrorKind};
+use image::imageops::thumbnail;
 use image::metadata::Orientation;
 use image::{
-    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits,
+    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader,
+    Limits, RgbImage,
 };
 
 use self::jpeg::decode_jpeg;
@@ -37,6 +40,9 @@ pub const MIN_SCENE_SIDE_PX: u32 = 160;
 /// Largest ratio of the sides of an image of a scene: reduced to 1280 pixels, its shorter side keeps
 /// [`MIN_SCENE_SIDE_PX`].
 pub const MAX_SCENE_SIDE_RATIO: u32 = 8;
+
+/// Quality of JPEG files for lists, of 100: about 20 kB at 320 pixels.
+const THUMBNAIL_QUALITY: u8 = 82;
 
 /// Largest side of an image that is decoded, pixels.
 pub const MAX_SIDE_PX: u32 = 16_384;
@@ -105,6 +111,29 @@ pub fn encode_png(image: &Image) -> Vec<u8> {
     } else {
         encoder.write_image(rgba, width_px, height_px, ExtendedColorType::Rgba8)
     };
+    written.expect("the buffer matches the size and memory accepts every write");
+    bytes
+}
+
+/// A JPEG file of the image for lists, at most `width_px` pixels wide: each pixel is the mean of those that it covers.
+/// Transparent parts are white. An image without pixels becomes one white pixel.
+pub fn encode_thumbnail(image: &Image, width_px: u32) -> Vec<u8> {
+    let (from_width, from_height) = (image.width_px(), image.height_px());
+    if from_width == 0 || from_height == 0 {
+        return encode_thumbnail(&Image::filled(1, 1, [255; 4]), width_px);
+    }
+    let over_white = |pixel: &[u8]| {
+        let alpha = u32::from(pixel[3]);
+        [0, 1, 2].map(|channel| ((u32::from(pixel[channel]) * alpha + 255 * (255 - alpha) + 127) / 255) as u8)
+    };
+    let rgb: Vec<u8> = image.as_rgba().chunks_exact(4).flat_map(over_white).collect();
+    let full = RgbImage::from_raw(from_width, from_height, rgb).expect("the buffer matches the size");
+    let width = width_px.clamp(1, from_width);
+    let height = (u64::from(from_height) * u64::from(width) / u64::from(from_width)).max(1) as u32;
+    let small = if width == from_width { full } else { thumbnail(&full, width, height) };
+    let mut bytes = Vec::new();
+    let encoder = JpegEncoder::new_with_quality(&mut bytes, THUMBNAIL_QUALITY);
+    let written = encoder.write_image(&small, small.width(), small.height(), ExtendedColorType::Rgb8);
     written.expect("the buffer matches the size and memory accepts every write");
     bytes
 }

@@ -199,3 +199,19 @@ fn descriptions_and_bytes_after_the_end_change_no_pixel() {
         assert_eq!(decode_image(&file, 1_000).expect("intact"), expected);
     }
 }
+
+#[test]
+fn thumbnails_are_smaller_images_over_white_and_never_larger_ones() {
+    let mut image = Image::filled(64, 32, [200, 40, 40, 255]);
+    (0..32).for_each(|y| (32..64).for_each(|x| image.set_pixel(x, y, [0, 0, 0, 0])));
+    let small = decode_image(&encode_thumbnail(&image, 16), 10_000).expect("our own file");
+    assert_eq!((small.width_px(), small.height_px()), (16, 8));
+    let (left, right) = (small.pixel(3, 4), small.pixel(12, 4));
+    assert!(left[0] > 180 && left[1] < 70, "{left:?}");
+    assert!(right.iter().all(|channel| *channel > 240), "{right:?}");
+    let same = decode_image(&encode_thumbnail(&image, 1_000), 10_000).expect("our own file");
+    assert_eq!((same.width_px(), same.height_px()), (64, 32));
+    let none =
+        decode_image(&encode_thumbnail(&Image::filled(0, 5, [0; 4]), 16), 10_000).expect("our own file");
+    assert_eq!((none.width_px(), none.height_px()), (1, 1));
+}
