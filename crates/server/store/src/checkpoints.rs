@@ -241,8 +241,9 @@ async fn commit(
         .execute(&mut *connection)
         .await?;
     }
-    let data = about(stage, json!({ "elapsed_ms": checkpoint.elapsed_ms, "cached": cached }));
-    events::append(connection, &lease.job_id, now, "stage_finished", &data).await
+    let artifacts: Vec<&str> = checkpoint.artifacts.iter().map(|artifact| artifact.name.as_str()).collect();
+    let more = json!({ "elapsed_ms": checkpoint.elapsed_ms, "cached": cached, "artifacts": artifacts });
+    events::append(connection, &lease.job_id, now, "stage_finished", &about(stage, more)).await
 }
 
 /// Event data with the stage, and the instance if there is one.

@@ -59,6 +59,14 @@ impl Dialect {
         }
     }
 
+    /// Compares a text with a pattern in upper or lower case. SQLite knows the case of ASCII letters alone.
+    pub(super) fn like_any_case(self) -> &'static str {
+        match self {
+            Self::Sqlite => "LIKE",
+            Self::Postgres => "ILIKE",
+        }
+    }
+
     /// Joins the next table to the rows of the one before, in their order. PostgreSQL knows by its statistics.
     pub(super) fn join_to_first(self) -> &'static str {
         match self {

@@ -56,6 +56,7 @@ pub mod outlook;
 pub mod limits;
 pub mod queue_depth;
 pub mod events;
+pub mod tenant_events;
 pub mod checkpoints;
 pub mod artifacts;
 pub mod calls;

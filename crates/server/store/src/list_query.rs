@@ -7,6 +7,22 @@ use sqlx::{AssertSqlSafe, Executor};
 use super::StoreError;
 use scene::TenantId;
 
+/// Order of a list by its ids, which grow with time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    NewestFirst,
+    OldestFirst,
+}
+
+impl Order {
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::NewestFirst => "DESC",
+            Self::OldestFirst => "ASC",
+        }
+    }
+}
+
 /// Conditions on the rows of one table, newest first by `id`.
 #[derive(Debug)]
 pub(super) struct ListQuery {
@@ -72,13 +88,22 @@ impl ListQuery {
 
     /// The list: at most `limit` rows of `table`.
     pub(super) fn select(self, table: &str, limit: u32) -> Statement {
-        self.select_by("id", table, limit)
+        self.select_in("*", "id", table, Order::NewestFirst, limit)
     }
 
-    /// The same, by another column with the ids of the rows.
-    pub(super) fn select_by(mut self, id: &str, table: &str, limit: u32) -> Statement {
-        let place = self.bind(Value::Number(i64::from(limit)));
-        let sql = format!("SELECT * FROM {table} WHERE {} ORDER BY {id} DESC LIMIT {place}", self.conditions);
+    /// The same with some columns, in an order by another column with the ids of the rows.
+    pub(super) fn select_in(
+        mut self,
+        columns: &str,
+        id: &str,
+        table: &str,
+        order: Order,
+        limit: u32,
+    ) -> Statement {
+        let (place, order) = (self.bind(Value::Number(i64::from(limit))), order.word());
+        let conditions = &self.conditions;
+        let sql =
+            format!("SELECT {columns} FROM {table} WHERE {conditions} ORDER BY {id} {order} LIMIT {place}");
         Statement { sql, values: self.values }
     }
 

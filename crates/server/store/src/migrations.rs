@@ -33,6 +33,8 @@ macro_rules! files {
             "0045_deletion"
             "0046_limits"
             "0047_webhooks"
+            "0048_scene_facts"
+            "0049_event_positions"
         }
     };
     ($folder:literal: $($name:literal)+) => {

@@ -13,6 +13,7 @@ mod turns;
 mod rescue;
 mod outcome;
 mod switch;
+mod overview;
 
 use std::time::Duration;
 
@@ -32,6 +33,7 @@ use scene::{DatasetId, JobId, TenantId};
 pub use claimed::{Claim, ClaimedWork, SceneWork};
 pub(crate) use new_job::{JobSubject, NewJob};
 pub(crate) use outcome::note_progress;
+pub use overview::{ActiveJob, QueueOverview};
 pub(crate) use schedule::QueueColumns;
 pub use schedule::{Schedule, Settings};
 pub use switch::{BackgroundWork, Pause, QueueStatus};

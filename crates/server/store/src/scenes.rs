@@ -1,6 +1,7 @@
 //! Rows of scenes. A submission writes the scene, its job, its first event and the idempotency row in one transaction.
 
 mod labels;
+mod listing;
 
 use std::collections::BTreeMap;
 
@@ -10,9 +11,8 @@ use sqlx::{AnyConnection, Row};
 use uuid::Uuid;
 
 use super::audit::{self, AuditEntry};
-use super::jobs::{JOINED_COLUMNS, JobRow, job_in};
+use super::jobs::JobRow;
 use super::limits::{Admission, LimitReached};
-use super::list_query::ListQuery;
 use super::queue::{NewJob, QueueColumns, Schedule, cancel_jobs_of};
 use super::{Store, StoreError, database};
 use crate::boxed;
@@ -21,6 +21,7 @@ use crate::lifecycle::SceneState;
 use scene::{JobId, SceneId, TenantId};
 
 pub use labels::LabelsOutcome;
+pub use listing::{MAX_COUNTED, SceneCounts, SceneFilter, SceneKind};
 
 /// Lifetime of an idempotency key.
 const IDEMPOTENCY_MS: i64 = 24 * 3600 * 1000;
@@ -84,19 +85,6 @@ pub struct SceneRow {
     pub updated_at_ms: i64,
 }
 
-/// Filter of a scene list.
-#[derive(Clone, Debug, Default)]
-pub struct SceneFilter {
-    /// `None` = all but deleted scenes.
-    pub state: Option<SceneState>,
-    pub label: Option<(String, String)>,
-    pub parent: Option<SceneId>,
-    pub created_after_ms: Option<i64>,
-    /// Only scenes older than this id, the last id of the previous page.
-    pub before_id: Option<SceneId>,
-    pub limit: u32,
-}
-
 impl Store {
     /// Stores a scene and enqueues its job, once per idempotency key: for now, without a deadline, however long the
     /// queue is.
@@ -156,52 +144,6 @@ impl Store {
             .fetch_optional(&self.readers)
             .await?;
         row.as_ref().map(scene_of).transpose()
-    }
-
-    /// Scenes of the tenant, newest first, each with its newest job.
-    #[boxed]
-    pub async fn scenes(
-        &self,
-        tenant_id: &TenantId,
-        filter: SceneFilter,
-    ) -> Result<Vec<(SceneRow, Option<JobRow>)>, StoreError> {
-        let mut list = match filter.state {
-            Some(state) => ListQuery::of(tenant_id).word("state", Some(state.as_str())),
-            None => ListQuery::of(tenant_id).fixed("state <> 'deleted'"),
-        };
-        let (id, scenes) = match filter.label {
-            Some((key, value)) => {
-                let (key, value) = (list.parameter(key), list.parameter(value));
-                let join = self.readers.dialect().join_to_first();
-                let labeled = format!(
-                    "(SELECT label.scene_id AS labeled_id, scenes.*
-                      FROM scene_labels AS label {join} scenes ON scenes.id = label.scene_id
-                      WHERE label.tenant_id = $1 AND label.key = {key} AND label.value = {value}) AS scenes"
-                );
-                ("labeled_id", labeled)
-            }
-            None => ("id", "scenes".to_owned()),
-        };
-        let list = list
-            .text("parent_id =", filter.parent)
-            .number("created_at >", filter.created_after_ms)
-            .text(&format!("{id} <"), filter.before_id)
-            .select_by(id, &scenes, filter.limit)
-            .within(|scenes| {
-                format!(
-                    "SELECT s.*, {JOINED_COLUMNS} FROM ({scenes}) AS s
-                     LEFT JOIN jobs AS j
-                            ON j.id = (SELECT id FROM jobs WHERE jobs.scene_id = s.id ORDER BY id DESC LIMIT 1)
-                     ORDER BY s.id DESC"
-                )
-            });
-        let rows = list.rows(&self.readers).await?;
-        rows.iter()
-            .map(|row| {
-                let has_job = row.try_get::<Option<String>, _>("job_id")?.is_some();
-                Ok((scene_of(row)?, has_job.then(|| job_in(row, "job_")).transpose()?))
-            })
-            .collect()
     }
 
     /// Marks a scene as deleted and cancels its active jobs.

@@ -12,6 +12,7 @@ mod batches;
 mod datasets;
 mod recordings;
 mod recording_events;
+mod tenant_events;
 mod deletion;
 mod labels;
 mod claims;
@@ -119,6 +120,7 @@ conformance! {
     submissions::lists_filter_by_state_label_and_age_newest_first,
     submissions::a_dropped_caller_leaves_a_whole_submission,
     lists::jobs_are_listed_by_state_kind_scene_and_age_newest_first,
+    lists::scenes_are_filtered_and_counted_by_what_they_are,
     lists::places_follow_rank_and_age_and_ends_the_durations_so_far,
     lineage::ancestors_come_oldest_first_and_children_newest_first,
     batches::feeders_at_once_give_every_item_one_scene,
@@ -144,6 +146,8 @@ conformance! {
     recording_events::every_change_has_an_event_with_the_progress_after_it,
     recording_events::ends_and_new_beginnings_have_events,
     recording_events::attempts_kept_at_once_have_events_without_gaps,
+    tenant_events::events_of_jobs_and_recordings_have_one_order,
+    tenant_events::a_reader_skips_nothing_of_writers_at_once,
     deletion::a_dataset_that_is_deleted_stops_and_goes,
     deletion::a_version_stays_whole_when_others_and_its_scenes_go,
     deletion::a_number_of_a_version_is_not_used_again,

@@ -3,10 +3,10 @@
 use super::*;
 use crate::artifacts::{ArchiveRow, BuiltScene};
 use crate::jobs::{JobFilter, JobRow};
-use crate::lifecycle::{JobKind, JobState};
+use crate::lifecycle::{JobKind, JobState, SceneState};
 use crate::outlook::Outlook;
 use crate::queue::AttemptOutcome;
-use crate::scenes::SceneFilter;
+use crate::scenes::{SceneCounts, SceneFilter, SceneKind};
 
 fn all_jobs() -> JobFilter {
     JobFilter { limit: 10, ..JobFilter::default() }
@@ -118,4 +118,93 @@ async fn move_to_the_front(store: &Store, id: &JobId) {
         })
     });
     raised.await.expect("raises");
+}
+
+/// Ends the oldest job with a certified scene of these categories.
+async fn build(store: &Store, passed: bool, categories: &[&str]) {
+    let claim = claimed(store, "worker").await;
+    let built = BuiltScene {
+        files: Vec::new(),
+        archive: ArchiveRow { digest: Digest::of(b"zip"), size: 3 },
+        passed,
+        reasons: Vec::new(),
+        summary: json!({ "objects": categories.len(), "categories": categories }),
+        metrics: json!({}),
+    };
+    store.finish(&claim.lease, AttemptOutcome::Built(Box::new(built))).await.expect("finishes");
+}
+
+pub(super) async fn scenes_are_filtered_and_counted_by_what_they_are(place: Place) {
+    let store = place.store();
+    let requests = [
+        (json!({ "input": { "kind": "text", "text": "Two red MUGS, 100% wool_" } }), "a"),
+        (json!({ "input": { "kind": "image", "sha256": "0" } }), "b"),
+        (json!({ "input": { "kind": "text", "text": "A blue bowl beside two mugs" } }), "a"),
+        (json!({ "input": { "kind": "edit", "text": "add a spoon" } }), "a"),
+    ];
+    let mut ids = Vec::new();
+    for (request, value) in requests {
+        let labels = BTreeMap::from([("set".to_owned(), value.to_owned())]);
+        match store.submit(NewScene { request, labels, ..new_scene() }).await.expect("submits") {
+            SubmitOutcome::Created { scene_id, .. } => ids.push(scene_id),
+            other => panic!("{other:?}"),
+        }
+    }
+    build(store, true, &["mug"]).await;
+    build(store, false, &["bowl", "mug", "spoon"]).await;
+    build(store, true, &["bowl", "mug"]).await;
+    let any = || SceneFilter { limit: 10, ..SceneFilter::default() };
+    let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect();
+    let category = |name: &str| Some(name.to_owned());
+    let label = || Some(("set".to_owned(), "a".to_owned()));
+    let cases = [
+        (any(), vec![3, 2, 1, 0]),
+        (SceneFilter { oldest_first: true, ..any() }, vec![0, 1, 2, 3]),
+        (SceneFilter { oldest_first: true, before_id: Some(ids[1].clone()), ..any() }, vec![2, 3]),
+        (SceneFilter { passed: Some(true), ..any() }, vec![2, 0]),
+        (SceneFilter { passed: Some(false), ..any() }, vec![1]),
+        (SceneFilter { state: Some(SceneState::Ready), kind: Some(SceneKind::Text), ..any() }, vec![2, 0]),
+        (SceneFilter { kind: Some(SceneKind::Image), ..any() }, vec![1]),
+        (SceneFilter { kind: Some(SceneKind::Variant), ..any() }, vec![]),
+        (SceneFilter { words: words(&["mugs"]), ..any() }, vec![2, 0]),
+        (SceneFilter { words: words(&["BLUE", "mugs"]), ..any() }, vec![2]),
+        (SceneFilter { words: words(&["%", "wool_"]), ..any() }, vec![0]),
+        (SceneFilter { words: words(&["red_"]), ..any() }, vec![]),
+        (SceneFilter { min_objects: Some(2), ..any() }, vec![2, 1]),
+        (SceneFilter { min_objects: Some(2), max_objects: Some(2), ..any() }, vec![2]),
+        (SceneFilter { category: category("bowl"), ..any() }, vec![2, 1]),
+        (SceneFilter { category: category("bowl"), before_id: Some(ids[2].clone()), ..any() }, vec![1]),
+        (SceneFilter { category: category("mug"), label: label(), ..any() }, vec![2, 0]),
+        (SceneFilter { category: category("cup"), ..any() }, vec![]),
+    ];
+    for (filter, expected) in cases {
+        let description = format!("{filter:?}");
+        let count = expected.len() as i64;
+        let is_page = filter.before_id.is_some();
+        let found = store.scenes(&DEFAULT_TENANT, filter.clone()).await.expect("reads");
+        let found: Vec<_> = found.into_iter().map(|(scene, _)| scene.id).collect();
+        let expected: Vec<_> = expected.into_iter().map(|index: usize| ids[index].clone()).collect();
+        assert_eq!(found, expected, "{description}");
+        if !is_page {
+            let counts = store.scene_counts(&DEFAULT_TENANT, filter).await.expect("counts");
+            assert_eq!(counts.total, count, "{description}");
+        }
+    }
+
+    let counts = store.scene_counts(&DEFAULT_TENANT, any()).await.expect("counts");
+    let count = |word: &str, scenes: i64| (word.to_owned(), scenes);
+    assert_eq!(counts.states, [count("ready", 2), count("failed", 1), count("pending", 1)]);
+    assert_eq!(counts.verdicts, [count("pass", 2), count("quarantine", 1)]);
+    assert_eq!(counts.kinds, [count("text", 2), count("edit", 1), count("image", 1)]);
+    assert_eq!(counts.categories, [count("mug", 3), count("bowl", 2), count("spoon", 1)]);
+    let label = |value: &str, scenes: i64| (("set".to_owned(), value.to_owned()), scenes);
+    assert_eq!(counts.labels, [label("a", 3), label("b", 1)]);
+    let quarantined = SceneFilter { passed: Some(false), ..any() };
+    let counts = store.scene_counts(&DEFAULT_TENANT, quarantined).await.expect("counts");
+    assert_eq!((counts.total, counts.labels), (1, vec![label("b", 1)]));
+    let other: TenantId = "other".parse().expect("an id");
+    assert_eq!(store.scene_counts(&other, any()).await.expect("counts"), SceneCounts::default());
+    // Deleted scenes are in no count.
+    store.delete_scene(&DEFAULT_TENANT, &ids[1]).await.expect("deletes");
+    assert_eq!(store.scene_counts(&DEFAULT_TENANT, any()).await.expect("counts").total, 3);
 }

@@ -12,6 +12,7 @@ use super::recordings::{attempt_of, keep, made, recording};
 use super::*;
 use crate::datasets::DatasetState;
 use crate::recordings::RecordingState;
+use crate::scenes::SceneFilter;
 
 /// The last migration before datasets and recordings became jobs.
 const BEFORE_JOBS: i64 = 40;
@@ -34,7 +35,17 @@ const ROWS: &str = "
     VALUES ('r2', 0, 'dead', 't', 0, 1, 'success', 'DIGEST', 5),
            ('r2', 1, 'dead', 't', 0, 1, NULL, NULL, NULL),
            ('r2', 2, 'dead', 't', 0, 1, NULL, NULL, NULL),
-           ('r3', 0, 'dead', 't', 0, 1, 'success', 'DIGEST', 6);";
+           ('r3', 0, 'dead', 't', 0, 1, 'success', 'DIGEST', 6);
+    INSERT INTO scenes (id, tenant_id, state, request, summary, created_at, updated_at)
+    VALUES ('s', 'default', 'ready', '{\"input\": {\"kind\": \"text\", \"text\": \"two mugs\"}}',
+            '{\"objects\": 2, \"text\": {\"understood\": [{\"kind\": \"object\", \"category\": \"mug\"},
+                                                      {\"kind\": \"object\", \"category\": \"mug\"}]}}', 1, 1),
+           ('t', 'default', 'pending', '{}', NULL, 1, 1);
+    INSERT INTO jobs (id, tenant_id, kind, scene_id, state, next_seq, created_at)
+    VALUES ('j', 'default', 'generate', 's', 'succeeded', 3, 1);
+    INSERT INTO events (job_id, seq, at, kind, data)
+    VALUES ('j', 2, 6, 'job_succeeded', '{}'), ('j', 1, 7, 'job_queued', '{}');
+    INSERT INTO recording_events (recording_id, seq, at, kind, data) VALUES ('r2', 1, 2, 'queued', '{}');";
 
 /// The migrations of the release before.
 fn earlier(migrator: &Migrator) -> Migrator {
@@ -65,6 +76,17 @@ async fn work_of_an_earlier_release_goes_on_as_jobs() {
 
 async fn goes_on(data_dir: &Path, settings: &Settings) {
     let store = Store::open(data_dir, settings, Intent::Existing).await.expect("migrates");
+    let mugs = SceneFilter {
+        category: Some("mug".into()),
+        min_objects: Some(2),
+        limit: 9,
+        ..SceneFilter::default()
+    };
+    let found = store.scenes(&DEFAULT_TENANT, mugs).await.expect("reads");
+    assert_eq!(found.iter().map(|(scene, _)| scene.id.as_str()).collect::<Vec<_>>(), ["s"]);
+    let events = store.tenant_events(&DEFAULT_TENANT, 0, 9).await.expect("reads");
+    let numbers: Vec<_> = events.iter().map(|event| (event.position, event.event.seq)).collect();
+    assert_eq!(numbers, [(1, 1), (2, 2), (3, 1)]);
     let claim = async |scope: &Scope| store.claim("a", LEASE, MAX_DEATHS, scope).await.expect("answers");
 
     let state = async |id: &str| {

@@ -27,7 +27,7 @@ use store::recordings::{
     SubmitRecordingOutcome,
 };
 use store::retention::RetentionSettings;
-use store::scenes::{NewScene, SceneFilter, SubmitOutcome};
+use store::scenes::{NewScene, SceneFilter, SceneKind, SubmitOutcome};
 use store::scopes::ScopeSet;
 use store::webhooks::{
     AttemptEnd, AttemptReport, CreateOutcome, DeliveryFilter, DeliveryState, NewWebhook, WebhookRow,
@@ -212,9 +212,15 @@ async fn lists(store: &Store, scene: &SceneId, job: &JobId) {
         SceneFilter { state: Some(SceneState::Failed), ..page(9) },
         SceneFilter { parent: Some(scene.clone()), ..page(9) },
         SceneFilter { parent: Some(scene.clone()), state: Some(SceneState::Ready), ..page(9) },
-        SceneFilter { created_after_ms: Some(0), label, ..page(9) },
+        SceneFilter { created_after_ms: Some(0), label: label.clone(), ..page(9) },
+        SceneFilter { passed: Some(true), kind: Some(SceneKind::Text), min_objects: Some(1), ..page(9) },
+        SceneFilter { words: vec!["mug".to_owned()], max_objects: Some(9), ..page(9) },
+        SceneFilter { category: Some("mug".to_owned()), ..page(9) },
+        SceneFilter { category: Some("mug".to_owned()), label, ..page(9) },
+        SceneFilter { oldest_first: true, ..page(9) },
     ] {
-        store.scenes(&DEFAULT_TENANT, filter).await.unwrap();
+        store.scenes(&DEFAULT_TENANT, filter.clone()).await.unwrap();
+        store.scene_counts(&DEFAULT_TENANT, filter).await.unwrap();
     }
     let page = || JobFilter { limit: 9, before_id: Some(job.clone()), ..JobFilter::default() };
     let batch: BatchId = "batch".parse().unwrap();
@@ -240,6 +246,9 @@ async fn lists(store: &Store, scene: &SceneId, job: &JobId) {
     store.stages(&DEFAULT_TENANT, job).await.unwrap();
     store.events(&DEFAULT_TENANT, job, 0, 9).await.unwrap();
     store.event_heads(&DEFAULT_TENANT, std::slice::from_ref(job)).await.unwrap();
+    store.number_events().await.unwrap();
+    store.last_position(&DEFAULT_TENANT).await.unwrap();
+    store.tenant_events(&DEFAULT_TENANT, 1, 9).await.unwrap();
     store.scene(&DEFAULT_TENANT, scene).await.unwrap();
     store.artifacts(&DEFAULT_TENANT, scene).await.unwrap();
     store.artifact(&DEFAULT_TENANT, scene, "alpha/note.txt").await.unwrap();
