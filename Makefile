@@ -4,6 +4,7 @@
 # make programs  the README's examples of a sample scene in every program that can be installed; gigabytes
 # make fuzz    every parser of foreign bytes under libFuzzer, ten minutes each; wants a nightly toolchain
 # make build   the release binary
+# make studio  the page of the server, which the next build holds; `make build STUDIO=no` does without
 # make wheel   the Python package with that binary, for pip
 # make train   synthetic images are rendered and the table network is trained on them; hours
 # make advisories  whether a known vulnerability is in Cargo.lock; asks a database on the network
@@ -23,12 +24,20 @@ export PYTHONDONTWRITEBYTECODE := 1
 # Where Python finds the package of tests and measurements.
 export PYTHONPATH := $(CURDIR)/python
 
-.PHONY: help build lab wheel demo test programs bars train fuzz advisories features pages
+.PHONY: help build studio page lab wheel demo test programs bars train fuzz advisories features pages
 
 help:
-	@sed -n 's/^# //p' Makefile | head -11
+	@sed -n 's/^# //p' Makefile | head -12
 
-build:
+# The page of the server, by Node 20.19 or later
+studio:
+	@scripts/studio.sh
+
+# The same where it can be had
+page:
+	@[ "$(STUDIO)" = no ] || [ ! -d studio/src ] || scripts/studio.sh optional
+
+build: page
 	@scripts/prerequisites.sh build
 	$(CARGO) build --release --locked --package tabletopgen
 
@@ -36,7 +45,7 @@ wheel: build
 	@python="$$(scripts/prerequisites.sh wheel)" && "$$python" -m tabletopgen_checks.client wheel --target-dir "$(TARGET_DIR)"
 
 # The same with the benchmarks, the generator of training images and the mock vendors
-lab:
+lab: page
 	@scripts/prerequisites.sh build
 	$(CARGO) build --release --locked --package tabletopgen --package tabletopgen-lab
 

@@ -48,11 +48,18 @@ pub mod episodes;
 pub mod download;
 mod pieces;
 pub mod bundle;
+pub mod files;
+pub mod preview;
 mod rebuild;
 pub mod artifacts;
 pub mod jobs;
 pub mod events;
 pub mod probes;
+pub mod index;
+pub mod queue;
+pub mod catalog;
+pub mod request_schema;
+pub mod studio;
 mod deletion;
 mod admission;
 pub mod cross_origin;
@@ -63,6 +70,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
+use axum::routing::get;
 use metrics_exporter_prometheus::PrometheusHandle;
 use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
@@ -177,6 +185,8 @@ pub struct Api {
     pixel_blocks: Arc<Semaphore>,
     /// Tasks are rehearsed one request at a time.
     rehearsals: Arc<Semaphore>,
+    /// Archives are read for a file of theirs, a few at a time.
+    archive_reads: Arc<Semaphore>,
     /// Images are fetched a few at a time.
     fetches: Arc<Semaphore>,
     /// Requests of batches are checked and stored for a few batches at a time, in turns of their tenants.
@@ -215,6 +225,7 @@ impl Api {
             decoders: Turns::new(2),
             pixel_blocks: semaphore(max_pixel_blocks(&settings) as usize),
             rehearsals: semaphore(1),
+            archive_reads: semaphore(4),
             fetches: semaphore(4),
             receptions: Turns::new(2),
             requests: semaphore(settings.max_requests),
@@ -276,10 +287,14 @@ fn scene_routes() -> Vec<Route> {
         route::post("/scenes", scenes::submit, operations::submit_scene),
         route::post("/scenes/validate", scenes::validate, operations::validate_scene).needs(Scope::Read),
         route::get("/scenes", scenes::list, operations::list_scenes),
+        route::get("/scenes/facets", scenes::facets, operations::count_scenes),
         route::get("/scenes/{scene_id}", scenes::show, operations::get_scene),
         route::patch("/scenes/{scene_id}", scenes::change, operations::change_scene),
         route::delete("/scenes/{scene_id}", scenes::remove, operations::delete_scene),
         route::get("/scenes/{scene_id}/bundle", bundle::download, operations::get_bundle),
+        route::get("/scenes/{scene_id}/files", files::list, operations::list_files),
+        route::get("/scenes/{scene_id}/files/{*name}", files::download, operations::get_file),
+        route::get("/scenes/{scene_id}/preview", preview::show, operations::get_preview),
         route::post("/scenes/{scene_id}/edits", edits::submit, operations::edit_scene),
         route::post("/scenes/{scene_id}/edits/validate", edits::validate, operations::validate_edit)
             .needs(Scope::Read),
@@ -349,6 +364,7 @@ fn job_routes() -> Vec<Route> {
         route::get("/jobs/{job_id}", jobs::show, operations::get_job),
         route::get("/jobs/{job_id}/stages", jobs::stages, operations::list_stages),
         route::get("/jobs/{job_id}/events", events::of_job, operations::list_events),
+        route::get("/events", events::of_tenant, operations::list_all_events),
         route::post("/jobs/{job_id}/cancel", jobs::cancel, operations::cancel_job).needs(Scope::Operate),
         route::post("/jobs/{job_id}/retry", jobs::retry, operations::retry_job).needs(Scope::Operate),
         route::post("/session", session::begin, operations::begin_session).public(),
@@ -382,6 +398,12 @@ fn job_routes() -> Vec<Route> {
             operations::replay_delivery,
         )
         .needs(Scope::Admin),
+        route::get("/", index::show, operations::index).public(),
+        route::get("/studio/{*name}", studio::show, operations::studio).public(),
+        route::get("/queue", queue::show, operations::get_queue).needs(Scope::Operate),
+        route::get("/catalog", catalog::show, operations::get_catalog),
+        route::get("/robots", catalog::robots, operations::list_robots),
+        route::get("/settings/schema", request_schema::show, operations::get_request_schema),
         route::get("/healthz", probes::healthz, operations::healthz).public(),
         route::get("/readyz", probes::readyz, operations::readyz).public(),
         route::get("/metrics", probes::metrics, operations::metrics).needs(Scope::Operate),
@@ -395,6 +417,8 @@ pub fn router(api: Api) -> Router {
     let router = routes()
         .into_iter()
         .fold(Router::new(), |router, route| router.route(route.path, gate::around(route, &api)));
+    // The same page by shorter addresses, which the contract need not have.
+    let router = router.route("/studio", get(studio::enter)).route("/studio/", get(studio::start));
     surrounded(router, api)
 }
 

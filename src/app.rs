@@ -58,7 +58,8 @@ impl App {
         &self.resolved.config
     }
 
-    fn resolved(&self) -> &Resolved {
+    /// The configuration with the values of all keys.
+    pub fn resolved(&self) -> &Resolved {
         &self.resolved
     }
 }

@@ -9,7 +9,7 @@
 
 pub mod error;
 pub mod keys;
-mod open_settings;
+pub mod open_settings;
 pub mod value;
 pub mod layers;
 mod nearest;

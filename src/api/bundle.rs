@@ -109,7 +109,8 @@ pub async fn download(
     Err(missing_bytes(&api, &scene_id).await)
 }
 
-fn check_state(scene: &SceneRow, quarantined: bool) -> Result<(), Problem> {
+/// Refuses a scene that has no bundle, or one that may not be used, unless it is asked for.
+pub(super) fn check_state(scene: &SceneRow, quarantined: bool) -> Result<(), Problem> {
     let conflict = |code, detail: &str| Err(Problem::new(ProblemType::Conflict, code, detail));
     match (scene.state, scene.failure_code.as_deref()) {
         (SceneState::Ready, _) => Ok(()),
@@ -128,25 +129,17 @@ fn check_state(scene: &SceneRow, quarantined: bool) -> Result<(), Problem> {
 }
 
 /// An archive, and its bytes where they could not be stored.
-struct Archive {
-    row: ArchiveRow,
-    unstored: Option<Bytes>,
+pub(super) struct Archive {
+    pub row: ArchiveRow,
+    pub unstored: Option<Bytes>,
 }
 
 /// The archive of a format; `None` if the bytes of the whole bundle are gone.
 async fn archive(api: &TenantApi, scene_id: &SceneId, format: &str) -> Result<Option<Archive>, Problem> {
-    if let Some(row) = api.store.archive(&api.tenant_id, scene_id, format).await?
-        && api.store.blobs().contains(&row.digest).await?
-    {
-        return Ok(Some(Archive { row, unstored: None }));
+    if let Some(archive) = kept(api, scene_id, format).await? {
+        return Ok(Some(archive));
     }
-    let Some(all) = api.store.archive(&api.tenant_id, scene_id, "all").await? else {
-        return Err(Problem::new(
-            ProblemType::Gone,
-            "bundle_removed",
-            "the bundle of this quarantined scene was removed after its time; submit the scene again",
-        ));
-    };
+    let all = api.store.archive(&api.tenant_id, scene_id, "all").await?.ok_or_else(bundle_removed)?;
     if format == "all" {
         return Ok(None);
     }
@@ -155,13 +148,7 @@ async fn archive(api: &TenantApi, scene_id: &SceneId, format: &str) -> Result<Op
     let cut = tokio::task::spawn_blocking(move || only(&bytes, &wanted)).await;
     let part = match cut {
         Ok(Ok(part)) => part,
-        _ => {
-            return Err(Problem::new(
-                ProblemType::Internal,
-                "bundle_unreadable",
-                "the bundle cannot be read",
-            ));
-        }
+        _ => return Err(unreadable()),
     };
     let Some(part) = part else {
         return Err(Problem::new(
@@ -170,6 +157,27 @@ async fn archive(api: &TenantApi, scene_id: &SceneId, format: &str) -> Result<Op
             format!("this bundle has no {format}; ask with format=all for what it has"),
         ));
     };
+    keep(api, scene_id, format, part).await.map(Some)
+}
+
+/// The archive of a format that was made before, where its bytes are there.
+pub(super) async fn kept(
+    api: &TenantApi,
+    scene_id: &SceneId,
+    format: &str,
+) -> Result<Option<Archive>, Problem> {
+    let Some(row) = api.store.archive(&api.tenant_id, scene_id, format).await? else { return Ok(None) };
+    let is_there = api.store.blobs().contains(&row.digest).await?;
+    Ok(is_there.then_some(Archive { row, unstored: None }))
+}
+
+/// Keeps what was made out of a bundle, so that it is made once.
+pub(super) async fn keep(
+    api: &TenantApi,
+    scene_id: &SceneId,
+    format: &str,
+    part: Bytes,
+) -> Result<Archive, Problem> {
     let size = part.len() as u64;
     let stored = match api.store.blobs().put(part.clone()).await {
         Ok(digest) => {
@@ -179,14 +187,25 @@ async fn archive(api: &TenantApi, scene_id: &SceneId, format: &str) -> Result<Op
         Err(error) => Err(error),
     };
     match stored {
-        Ok(row) => Ok(Some(Archive { row, unstored: None })),
+        Ok(row) => Ok(Archive { row, unstored: None }),
         // A full disk is no reason not to send what is there.
         Err(error) if error.outage().is_some() => {
             let row = ArchiveRow { digest: Digest::of(&part), size };
-            Ok(Some(Archive { row, unstored: Some(part) }))
+            Ok(Archive { row, unstored: Some(part) })
         }
         Err(error) => Err(error.into()),
     }
+}
+
+/// The bundle is gone by the rules of retention.
+pub(super) fn bundle_removed() -> Problem {
+    let detail = "the bundle of this quarantined scene was removed after its time; submit the scene again";
+    Problem::new(ProblemType::Gone, "bundle_removed", detail)
+}
+
+/// The bundle is not what it was.
+pub(super) fn unreadable() -> Problem {
+    Problem::new(ProblemType::Internal, "bundle_unreadable", "the bundle cannot be read")
 }
 
 /// The entries of one format and of no format; `None` when the format has none.

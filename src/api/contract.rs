@@ -7,10 +7,11 @@ pub(super) mod route;
 
 use std::collections::BTreeSet;
 
-use schemars::SchemaGenerator;
 use schemars::generate::{Contract, SchemaSettings};
+use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value, json};
 
+use super::scene_body::SceneBody;
 use crate::problem::ProblemDocument;
 use crate::schemas::as_objects::{describe_answers, describe_requests};
 use operation::Operation;
@@ -49,6 +50,17 @@ pub fn document() -> Value {
             "securitySchemes": security_schemes(),
         },
     })
+}
+
+/// The schema of the body of a request for a scene as one object, and the schemas that it refers to.
+pub(super) fn scene_request() -> (Value, Map<String, Value>) {
+    let mut read = generator(Contract::Deserialize);
+    describe_requests(&mut read);
+    let mut body = json!(SceneBody::json_schema(&mut read));
+    apply_rules(&mut body, false);
+    let mut schemas = definitions(read);
+    keep_named(&mut schemas, &body);
+    (body, schemas)
 }
 
 fn info() -> Value {

@@ -143,7 +143,7 @@ pub fn served_as<'a>(headers: &HeaderMap, media_type: &'a str) -> &'a str {
 }
 
 /// Whether a list of entity tags holds `etag` (compared weakly) or `*`.
-fn has_tag(headers: &HeaderMap, name: header::HeaderName, etag: &str) -> bool {
+pub(super) fn has_tag(headers: &HeaderMap, name: header::HeaderName, etag: &str) -> bool {
     let lists = headers.get_all(name).into_iter().filter_map(|value| value.to_str().ok());
     lists
         .flat_map(|list| list.split(','))

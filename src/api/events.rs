@@ -1,5 +1,5 @@
-//! `/jobs/{job_id}/events` and `/episodes/{recording_id}/events`: what happened, as a JSON page or as server-sent
-//! events.
+//! `/jobs/{job_id}/events`, `/episodes/{recording_id}/events` and `/events`: what happened, as a JSON page or as
+//! server-sent events.
 //!
 //! Events are rows numbered within their [`subject`]. A stream is nothing but reading rows again whenever the subject
 //! has moved ([`hub`]), from the number the client saw last: a reconnect, or a restart of the server, loses nothing and
@@ -23,20 +23,18 @@ use axum::{Extension, Json};
 use futures::Stream;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use tokio::time::Instant;
 
 use super::extract::{PathId, TenantApi};
 use super::query::{PageSize, Parameters, Sequence};
 use super::serve::connection::Connection;
-use super::views::EventView;
 use crate::problem::{Problem, ProblemType};
 use hub::Progress;
 use scene::{JobId, RecordingId};
 use store::StoreError;
-use store::events::Event;
 use stream_limits::StreamSlot;
-use subject::Subject;
+use subject::{Subject, TellableEvent};
 
 /// After a broken stream, a client comes back after this long.
 const RECONNECT: Duration = Duration::from_secs(2);
@@ -47,6 +45,15 @@ const RECONNECT: Duration = Duration::from_secs(2);
 pub struct EventParameters {
     /// Only events with a larger `seq`.
     after: Sequence,
+    page_size: PageSize,
+}
+
+/// Parameters of `GET /events`.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TenantEventParameters {
+    /// Only events with a larger `seq`. Without it, a page begins with the oldest event and a stream with the next one.
+    after: Option<Sequence>,
     page_size: PageSize,
 }
 
@@ -71,6 +78,22 @@ pub async fn of_recording(
 ) -> Result<Response, Problem> {
     let subject = Subject::Recording(recording_id);
     answer(api, subject, parameters, connection, headers).await
+}
+
+/// `GET /events`.
+pub async fn of_tenant(
+    api: TenantApi,
+    Parameters(parameters): Parameters<TenantEventParameters>,
+    connection: Option<Extension<Arc<Connection>>>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let TenantEventParameters { after, page_size } = parameters;
+    let is_stream = wants_stream(&headers);
+    let is_from_now_on = is_stream && after.is_none() && !headers.contains_key("last-event-id");
+    // A page has what was committed before it was asked for; a stream sees to that by itself.
+    let last = if is_from_now_on || !is_stream { Subject::Tenant.last_seq(&api).await? } else { 0 };
+    let after = after.unwrap_or(Sequence(if is_from_now_on { last } else { 0 }));
+    answer(api, Subject::Tenant, EventParameters { after, page_size }, connection, headers).await
 }
 
 /// A page of events, or a stream of those to come.
@@ -100,7 +123,7 @@ async fn answer(
     if !is_stream {
         let events = subject.events(&api, after, size).await?;
         let next = events.last().map_or(after, |event| event.seq);
-        let views: Vec<EventView> = events.into_iter().map(EventView::new).collect();
+        let views: Vec<Value> = events.into_iter().map(|event| event.view).collect();
         return Ok(Json(json!({ "events": views, "next_after": next })).into_response());
     }
     if has_ended && subject.events(&api, seen, 1).await?.is_empty() {
@@ -134,8 +157,10 @@ struct EventStream {
     seen: i64,
     progress: Progress,
     /// Read, and not yet sent.
-    events: VecDeque<Event>,
+    events: VecDeque<TellableEvent>,
     ends: Instant,
+    /// The client knows a number to come back with.
+    has_number: bool,
     has_ended: bool,
     _slot: StreamSlot,
 }
@@ -145,7 +170,9 @@ impl EventStream {
         let progress = api.hub.follow(&api.tenant_id, &subject);
         let ends = Instant::now() + Duration::from_secs(api.settings.max_event_stream_secs);
         let events = VecDeque::new();
-        Self { api, subject, seen, progress, events, ends, has_ended: false, _slot: slot }
+        // A stream of a tenant begins anywhere, and may break before its first event.
+        let has_number = subject != Subject::Tenant;
+        Self { api, subject, seen, progress, events, ends, has_number, has_ended: false, _slot: slot }
     }
 
     fn into_stream(self) -> impl Stream<Item = Result<SentEvent, Infallible>> {
@@ -162,6 +189,10 @@ impl EventStream {
     }
 
     async fn next(&mut self) -> Result<Option<SentEvent>, StoreError> {
+        if !std::mem::replace(&mut self.has_number, true) {
+            let start = SentEvent::default().id(self.seen.to_string()).retry(RECONNECT);
+            return Ok(Some(start.comment("what follows is new")));
+        }
         loop {
             if let Some(event) = self.events.pop_front() {
                 self.seen = event.seq;
@@ -200,8 +231,7 @@ impl EventStream {
     }
 }
 
-fn sent(event: Event) -> SentEvent {
-    let (id, kind) = (event.seq.to_string(), event.kind.clone());
-    let data = json!(EventView::new(event)).to_string();
-    SentEvent::default().id(id).event(kind).retry(RECONNECT).data(data)
+fn sent(event: TellableEvent) -> SentEvent {
+    let TellableEvent { seq, kind, view } = event;
+    SentEvent::default().id(seq.to_string()).event(kind).retry(RECONNECT).data(view.to_string())
 }

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::Api;
 use super::download::served_as;
+use super::studio;
 use crate::app::metrics::process;
 use crate::problem::{Problem, ProblemType};
 use crate::schemas::datasets::OpenDocument;
@@ -38,6 +39,8 @@ enum ProbeStatus {
 pub(super) struct Version {
     name: &'static str,
     version: &'static str,
+    /// Whether the program has the page for people at `/studio/`.
+    studio: bool,
 }
 
 /// A document by the OpenAPI Specification.
@@ -101,7 +104,8 @@ pub async fn metrics(State(api): State<Api>) -> Response {
 
 /// `GET /version`.
 pub async fn version() -> Response {
-    Json(Version { name: env!("CARGO_PKG_NAME"), version: env!("CARGO_PKG_VERSION") }).into_response()
+    let (name, version) = (env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION"));
+    Json(Version { name, version, studio: studio::is_built() }).into_response()
 }
 
 /// `GET /openapi.yaml`.

@@ -193,6 +193,68 @@ impl TryFrom<String> for LabelFilter {
     }
 }
 
+/// Words that a text must have: 1 to 8 with spaces between them, of 200 characters together.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(try_from = "String")]
+pub struct TextFilter(Vec<String>);
+
+impl TextFilter {
+    pub fn words(self) -> Vec<String> {
+        self.0
+    }
+}
+
+impl TryFrom<String> for TextFilter {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+        let fits =
+            (1..=8).contains(&words.len()) && text.chars().count() <= 200 && !text.contains(char::is_control);
+        fits.then_some(Self(words)).ok_or("must be 1 to 8 words, with at most 200 characters together")
+    }
+}
+
+/// A category of the catalog.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(try_from = "String")]
+pub struct CategoryFilter(String);
+
+impl CategoryFilter {
+    pub fn name(self) -> String {
+        self.0
+    }
+}
+
+impl TryFrom<String> for CategoryFilter {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        let fits = (1..=100).contains(&text.chars().count()) && !text.contains(char::is_control);
+        fits.then_some(Self(text)).ok_or("must be the name of a category, such as mug")
+    }
+}
+
+/// Number of objects, 0 to 10,000.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(try_from = "String")]
+pub struct ObjectCount(i64);
+
+impl ObjectCount {
+    pub fn get(self) -> i64 {
+        self.0
+    }
+}
+
+impl TryFrom<String> for ObjectCount {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        let count = text.parse().ok().filter(|count| (0..=10_000).contains(count));
+        count.map(Self).ok_or("must be a whole number from 0 to 10000")
+    }
+}
+
 /// Sequence number of an event, 0 to 2^53 - 1.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(try_from = "String")]
@@ -206,6 +268,9 @@ impl TryFrom<String> for Sequence {
         sequence.map(Self).ok_or("must be the `seq` of an event")
     }
 }
+
+/// One to eight words, none of which has control characters.
+const WORDS_PATTERN: &str = r"^ *[^\s\x00-\x1F\x7F-\x9F]+( +[^\s\x00-\x1F\x7F-\x9F]+){0,7} *$";
 
 /// A time in RFC 3339, such as `2026-01-31T12:00:00Z`.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
@@ -246,6 +311,15 @@ in_place! {
         "pattern": LABEL_PATTERN,
         "examples": ["project:demo"],
     }
+    TextFilter { "type": "string", "minLength": 1, "maxLength": 200, "pattern": WORDS_PATTERN, "examples": ["red mug"] }
+    CategoryFilter {
+        "type": "string",
+        "minLength": 1,
+        "maxLength": 100,
+        "pattern": "^[^\\x00-\\x1F\\x7F-\\x9F]*$",
+        "examples": ["mug"],
+    }
+    ObjectCount { "type": "integer", "minimum": 0, "maximum": 10_000 }
     Sequence { "type": "integer", "format": "int64", "minimum": 0, "maximum": MAX_INTEGER, "default": 0 }
     Time { "type": "string", "format": "date-time", "examples": ["2026-01-31T12:00:00Z"] }
 }
@@ -262,6 +336,9 @@ mod tests {
         page_token: Option<PageToken>,
         created_after: Option<Time>,
         scene: Option<IdFilter>,
+        q: Option<TextFilter>,
+        category: Option<CategoryFilter>,
+        min_objects: Option<ObjectCount>,
     }
 
     async fn parse(query: &str) -> Result<Example, String> {
@@ -294,6 +371,11 @@ mod tests {
             ("scene=0192f3a45b6c7d8e9fa0b1c2d3e4f5a6", "a UUID"),
             ("created_after=2001-02-29T00:00:00Z", "2026-01-31T12:00:00Z"),
             ("created_after=yesterday", "2026-01-31T12:00:00Z"),
+            ("q=+", "1 to 8 words"),
+            ("q=a+b+c+d+e+f+g+h+i", "1 to 8 words"),
+            ("category=", "such as mug"),
+            ("min_objects=-1", "from 0 to 10000"),
+            ("min_objects=1.5", "from 0 to 10000"),
         ] {
             let detail = parse(query).await.expect_err(query);
             assert!(detail.contains(named), "{query}: {detail}");

@@ -1,25 +1,29 @@
-//! `/scenes`: submit, list, show, change, delete.
+//! `/scenes`: submit, list, count, show, change, delete.
 
 use axum::Json;
 use axum::extract::Request;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::deletion;
 use super::enqueue::{SubmissionOptions, enqueue};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::merge_patch::MergePatch;
 use super::preconditions::{IfMatch, scene_tag, tag};
-use super::query::{IdFilter, LabelFilter, NoParameters, Page, PageSize, PageToken, Parameters, Time};
+use super::query::{
+    CategoryFilter, IdFilter, LabelFilter, NoParameters, ObjectCount, Page, PageSize, PageToken, Parameters,
+    TextFilter, Time,
+};
 use super::scene_body::SceneBody;
 use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
 use super::{jobs, scene_body};
 use crate::app::scene_labels::{LabelsPatch, change_labels, present};
 use crate::problem::Problem;
-use crate::schemas::scene_request;
-use crate::schemas::words;
+use crate::schemas::in_place;
+use crate::schemas::scene_request::{self, InputKind};
+use crate::schemas::words::{self, Verdict};
 use scene::text_account::TextAccount;
 use scene::{SceneId, SceneRequest};
 use store::lifecycle::SceneState;
@@ -59,19 +63,72 @@ pub(super) struct Validated {
     text: Option<TextAccount>,
 }
 
-/// Parameters of `GET /scenes`.
-#[derive(Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ListParameters {
-    /// Deleted scenes are listed only when asked for.
-    #[schemars(with = "Option<words::SceneState>")]
-    state: Option<SceneState>,
-    label: Option<LabelFilter>,
-    /// Only scenes made from this one.
-    parent: Option<IdFilter>,
-    created_after: Option<Time>,
-    page_size: PageSize,
-    page_token: Option<PageToken>,
+/// Parameters that filter scenes, and others.
+macro_rules! scene_filters {
+    ($(#[$doc:meta])* $name:ident { $($field:ident: $kind:ty,)* }) => {
+        $(#[$doc])*
+        #[derive(Default, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $name {
+            /// Deleted scenes only where they are asked for.
+            #[schemars(with = "Option<words::SceneState>")]
+            state: Option<SceneState>,
+            verdict: Option<Verdict>,
+            kind: Option<InputKind>,
+            /// Words of the text of the request, all of them, in upper or lower case.
+            q: Option<TextFilter>,
+            label: Option<LabelFilter>,
+            /// A category that an object of the scene has.
+            category: Option<CategoryFilter>,
+            min_objects: Option<ObjectCount>,
+            max_objects: Option<ObjectCount>,
+            /// Only scenes made from this one.
+            parent: Option<IdFilter>,
+            created_after: Option<Time>,
+            $($field: $kind,)*
+        }
+
+        impl $name {
+            fn filter(self) -> SceneFilter {
+                SceneFilter {
+                    state: self.state,
+                    passed: self.verdict.map(|verdict| verdict == Verdict::Pass),
+                    kind: self.kind.map(InputKind::of_store),
+                    label: self.label.map(|label| (label.key, label.value)),
+                    category: self.category.map(CategoryFilter::name),
+                    words: self.q.map(TextFilter::words).unwrap_or_default(),
+                    min_objects: self.min_objects.map(ObjectCount::get),
+                    max_objects: self.max_objects.map(ObjectCount::get),
+                    parent: self.parent.and_then(IdFilter::id),
+                    created_after_ms: self.created_after.map(Time::as_ms),
+                    ..SceneFilter::default()
+                }
+            }
+        }
+    };
+}
+
+scene_filters! {
+    /// Parameters of `GET /scenes`.
+    ListParameters {
+        sort: ListOrder,
+        page_size: PageSize,
+        page_token: Option<PageToken>,
+    }
+}
+
+scene_filters! {
+    /// Parameters of `GET /scenes/facets`.
+    FacetParameters {}
+}
+
+/// Order of a list of scenes; a page token belongs to the order that it came with.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+enum ListOrder {
+    #[default]
+    Newest,
+    Oldest,
 }
 
 /// `GET /scenes`.
@@ -81,12 +138,10 @@ pub async fn list(
 ) -> Result<Response, Problem> {
     let size = parameters.page_size;
     let filter = SceneFilter {
-        state: parameters.state,
-        label: parameters.label.map(|label| (label.key, label.value)),
-        parent: parameters.parent.and_then(IdFilter::id),
-        created_after_ms: parameters.created_after.map(Time::as_ms),
+        oldest_first: parameters.sort == ListOrder::Oldest,
         before_id: parameters.page_token.and_then(PageToken::last_id),
         limit: size.rows_to_read(),
+        ..parameters.filter()
     };
     let rows = api.store.scenes(&api.tenant_id, filter).await?;
     let Page { rows, next_page_token } = size.page_of(rows, |(scene, _)| PageToken::after(scene.id.as_str()));
@@ -97,6 +152,55 @@ pub async fn list(
         next_page_token,
     };
     Ok(Json(page).into_response())
+}
+
+/// `GET /scenes/facets`.
+pub async fn facets(
+    api: TenantApi,
+    Parameters(parameters): Parameters<FacetParameters>,
+) -> Result<Response, Problem> {
+    let counts = api.store.scene_counts(&api.tenant_id, parameters.filter()).await?;
+    let labels = counts.labels.into_iter().map(|((key, value), scenes)| (format!("{key}={value}"), scenes));
+    let facets = SceneFacets {
+        total: counts.total,
+        state: Counts(counts.states),
+        verdict: Counts(counts.verdicts),
+        kind: Counts(counts.kinds),
+        category: Counts(counts.categories),
+        label: Counts(labels.collect()),
+    };
+    Ok(Json(facets).into_response())
+}
+
+/// How many of the scenes have what; of more than 100,000, the newest ones are counted.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct SceneFacets {
+    #[schemars(range(min = 0, max = 100_000))]
+    total: i64,
+    state: Counts,
+    /// Scenes that are not certified are in none.
+    verdict: Counts,
+    kind: Counts,
+    /// The 50 categories that the most scenes have.
+    category: Counts,
+    /// The 50 labels that the most scenes have, as `key=value`.
+    label: Counts,
+}
+
+/// Numbers of scenes by a word, the greatest first.
+struct Counts(Vec<(String, i64)>);
+
+impl Serialize for Counts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(word, scenes)| (word, scenes)))
+    }
+}
+
+in_place! {
+    Counts {
+        "type": "object",
+        "additionalProperties": { "type": "integer", "format": "int64", "minimum": 0, "maximum": 100_000 },
+    }
 }
 
 /// A page of scenes.

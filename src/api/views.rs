@@ -18,6 +18,7 @@ use store::jobs::{JobRow, StageRow};
 use store::lifecycle;
 use store::outlook::Outlook;
 use store::scenes::SceneRow;
+use store::tenant_events::TenantEvent;
 
 /// A scene and its newest job.
 #[derive(Serialize, JsonSchema)]
@@ -65,6 +66,10 @@ pub struct SceneLinks {
     #[schemars(with = "Link")]
     pub bundle: String,
     #[schemars(with = "Link")]
+    pub files: String,
+    #[schemars(with = "Link")]
+    pub preview: String,
+    #[schemars(with = "Link")]
     pub artifacts: String,
     #[schemars(with = "Option<Link>")]
     pub events: Option<String>,
@@ -76,6 +81,8 @@ impl SceneView {
         Self {
             links: SceneLinks {
                 bundle: format!("{this}/bundle"),
+                files: format!("{this}/files"),
+                preview: format!("{this}/preview"),
                 artifacts: format!("{this}/artifacts"),
                 events: job.as_ref().map(|job| job.links.events.clone()),
                 this,
@@ -277,6 +284,7 @@ impl ArtifactView {
     }
 }
 
+/// An event of a job or of a recording.
 #[derive(Serialize)]
 pub struct EventView {
     pub seq: i64,
@@ -288,5 +296,38 @@ pub struct EventView {
 impl EventView {
     pub fn new(event: Event) -> Self {
         Self { seq: event.seq, at: Timestamp::of_ms(event.at_ms), kind: event.kind, data: event.data }
+    }
+}
+
+/// An event of a job or of a recording among all of its tenant.
+#[derive(Serialize)]
+pub struct TenantEventView {
+    seq: i64,
+    number: i64,
+    at: Timestamp,
+    kind: String,
+    job_id: Option<JobId>,
+    job_kind: Option<lifecycle::JobKind>,
+    scene_id: Option<SceneId>,
+    dataset_id: Option<DatasetId>,
+    recording_id: Option<RecordingId>,
+    data: Value,
+}
+
+impl TenantEventView {
+    pub fn new(event: TenantEvent) -> Self {
+        let (job_id, job_kind) = event.job.unzip();
+        Self {
+            seq: event.position,
+            number: event.event.seq,
+            at: Timestamp::of_ms(event.event.at_ms),
+            kind: event.event.kind,
+            job_id,
+            job_kind,
+            scene_id: event.scene_id,
+            dataset_id: event.dataset_id,
+            recording_id: event.recording_id,
+            data: event.event.data,
+        }
     }
 }

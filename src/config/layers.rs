@@ -81,6 +81,11 @@ pub fn load(sources: Sources) -> Result<Resolved, ConfigErrors> {
 }
 
 impl Resolved {
+    /// The value of a key, if there is that key.
+    pub fn value(&self, path: &str) -> Option<&Value> {
+        self.values.get(path).map(|(value, _)| value)
+    }
+
     /// With a request's own values for keys that are open to requests; on failure key and complaint of each.
     pub fn with(&self, set: &BTreeMap<String, String>) -> Result<Self, ConfigErrors> {
         let mut layers = Layers { values: self.values.clone(), errors: Vec::new() };

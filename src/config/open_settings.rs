@@ -7,6 +7,7 @@ use serde_json::{Map, json};
 use toml::Value;
 
 use super::keys::{Allowed, Key, keys};
+use super::layers::Resolved;
 use crate::schemas::scene_settings::SceneSettings;
 
 /// Longest text of a number or a truth value, characters.
@@ -41,6 +42,48 @@ impl JsonSchema for SceneSettings {
             "properties": properties,
         })
     }
+}
+
+/// The schema of the same settings for a form: each with its type, its range and the server's value as the default. A
+/// request states all of them as text.
+pub fn typed_schema(resolved: &Resolved) -> serde_json::Value {
+    let open = keys().iter().filter_map(|(name, key)| Some((name, key, key.open_to_requests.as_ref()?)));
+    let properties: Map<String, serde_json::Value> = open
+        .map(|(name, key, allowed)| (name.clone(), typed_property(key, allowed, resolved.value(name))))
+        .collect();
+    json!({
+        "description": "Settings of this scene that differ from the server's. A request states each as text: `\"true\"`, \
+                        `\"0.5\"`.",
+        "type": "object",
+        "additionalProperties": false,
+        "properties": properties,
+    })
+}
+
+fn typed_property(key: &Key, allowed: &Allowed, value: Option<&Value>) -> serde_json::Value {
+    let kind = match &key.default {
+        Value::Boolean(_) => "boolean",
+        Value::Integer(_) => "integer",
+        Value::Float(_) => "number",
+        Value::Array(_) => "array",
+        _ => "string",
+    };
+    let default = value.unwrap_or(&key.default);
+    let mut schema = json!({ "type": kind, "description": key.meaning, "default": default });
+    match allowed {
+        // The unit of words lists the words.
+        Allowed::Words(words) => schema["enum"] = json!(words),
+        Allowed::Range { low, high } => {
+            schema["unit"] = json!(key.unit);
+            schema["minimum"] = json!(low);
+            if let Some(high) = high {
+                schema["maximum"] = json!(high);
+            }
+        }
+        Allowed::Anything if kind != "boolean" => schema["unit"] = json!(key.unit),
+        Allowed::Anything => {}
+    }
+    schema
 }
 
 /// The schema of one setting.

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
+use serde::Deserialize;
 
 use super::edits::EditOperations;
 use super::values::Sha256;
 use scene::Randomize;
+use store::scenes::SceneKind;
 
 /// Pairs of words for the client's own use.
 #[derive(Default, JsonSchema)]
@@ -56,11 +58,23 @@ pub struct Input {
 }
 
 /// The source of the scene.
-#[derive(JsonSchema)]
-#[schemars(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum InputKind {
     Text,
     Image,
     Edit,
     Variant,
+}
+
+impl InputKind {
+    /// As the store filters by it.
+    pub fn of_store(self) -> SceneKind {
+        match self {
+            Self::Text => SceneKind::Text,
+            Self::Image => SceneKind::Image,
+            Self::Edit => SceneKind::Edit,
+            Self::Variant => SceneKind::Variant,
+        }
+    }
 }

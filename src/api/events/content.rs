@@ -6,7 +6,7 @@ use crate::api::episodes::views::RecordingFailureView;
 use crate::api::views::FailureView;
 use crate::schemas::summaries::Metrics;
 use crate::schemas::values::{Id, MAX_INTEGER, Timestamp};
-use crate::schemas::words::{FailureClass, RecordingEventKind, Verdict};
+use crate::schemas::words::{FailureClass, JobKind, RecordingEventKind, Verdict};
 use store::recordings::RecordingProgress;
 
 /// A page of events of a job.
@@ -16,6 +16,51 @@ pub struct EventPage {
     /// The `after` of the next page.
     #[schemars(range(min = 0, max = MAX_INTEGER))]
     pub next_after: u64,
+}
+
+/// A page of events of a tenant.
+#[derive(JsonSchema)]
+pub struct TenantEventPage {
+    pub events: Vec<TenantEvent>,
+    /// The `after` of the next page.
+    #[schemars(range(min = 0, max = MAX_INTEGER))]
+    pub next_after: u64,
+}
+
+/// Something that happened to a job or a recording.
+#[derive(JsonSchema)]
+pub struct TenantEvent {
+    /// Ascending over all jobs and recordings, with gaps.
+    #[schemars(range(min = 1, max = MAX_INTEGER))]
+    pub seq: u64,
+    /// The `seq` within the job or the recording.
+    #[schemars(range(min = 1, max = MAX_INTEGER))]
+    pub number: u64,
+    pub at: Timestamp,
+    pub kind: TenantEventKind,
+    /// The job; null for an event of a recording itself.
+    pub job_id: Option<Id>,
+    pub job_kind: Option<JobKind>,
+    pub scene_id: Option<Id>,
+    pub dataset_id: Option<Id>,
+    pub recording_id: Option<Id>,
+    pub data: TenantEventData,
+}
+
+/// Kind of an event of a job or of a recording.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+pub enum TenantEventKind {
+    OfJob(EventKind),
+    OfRecording(RecordingEventKind),
+}
+
+/// Subject of the event, as the events of its job or its recording have it.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+pub enum TenantEventData {
+    OfJob(EventData),
+    OfRecording(RecordingEventData),
 }
 
 /// A page of events of a recording.
@@ -106,6 +151,9 @@ pub struct EventData {
     /// `stage_finished`.
     #[schemars(skip_serializing_if = "Option::is_none", range(min = 0, max = MAX_INTEGER))]
     pub elapsed_ms: Option<u64>,
+    /// `stage_finished`: names of the artifacts of the stage. Absent from events of earlier versions.
+    #[schemars(skip_serializing_if = "Option::is_none")]
+    pub artifacts: Option<Vec<String>>,
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub failure: Option<FailureView>,
     /// `job_retrying`, `job_orphaned`: how long it waits.

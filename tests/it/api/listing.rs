@@ -49,6 +49,54 @@ async fn pages_hold_every_scene_once_newest_first() {
     assert_eq!(ids(&server.get("/scenes?state=deleted").await.json()), made[..1]);
 }
 
+#[tokio::test]
+async fn scenes_are_filtered_by_what_they_are_and_counted() {
+    let server = Server::start(&Script::new(&[("beta", &[Act::Permanent])])).await;
+    let mut scenes = Vec::new();
+    for (text, set) in [("A red mug", "a"), ("Two blue bowls", "a"), ("A red bowl beside a vase", "b")] {
+        let body = json!({ "text": text, "labels": { "set": set } });
+        let scene = server.post("/scenes", body).await.json();
+        server.job_ends(scene["job"]["id"].as_str().unwrap(), Duration::from_secs(20)).await;
+        scenes.push(scene["id"].as_str().unwrap().to_owned());
+    }
+    // The first one has failed; of the others the script says that they have two objects.
+    for (query, expected) in [
+        ("sort=oldest", vec![0, 1, 2]),
+        ("sort=newest&kind=text", vec![2, 1, 0]),
+        ("q=RED", vec![2, 0]),
+        ("q=red+bowl", vec![2]),
+        ("verdict=pass", vec![2, 1]),
+        ("verdict=quarantine", vec![]),
+        ("kind=image", vec![]),
+        ("min_objects=2&max_objects=2", vec![2, 1]),
+        ("min_objects=3", vec![]),
+        ("category=bowl", vec![2, 1]),
+        ("category=bowl&label=set:b&q=vase&state=ready", vec![2]),
+    ] {
+        let found = ids(&server.get(&format!("/scenes?{query}")).await.json());
+        assert_eq!(found, expected.iter().map(|index| scenes[*index].clone()).collect::<Vec<_>>(), "{query}");
+        let filter = query.replace("sort=oldest", "").replace("sort=newest&", "");
+        let facets = server.get(&format!("/scenes/facets?{filter}")).await.json();
+        assert_eq!(facets["total"], expected.len(), "{query}");
+    }
+    let facets = server.get("/scenes/facets").await.json();
+    assert_eq!(
+        facets,
+        json!({
+            "total": 3,
+            "state": { "ready": 2, "failed": 1 },
+            "verdict": { "pass": 2 },
+            "kind": { "text": 3 },
+            "category": { "bowl": 2, "mug": 2 },
+            "label": { "set=a": 2, "set=b": 1 },
+        })
+    );
+    let first = server.get("/scenes?sort=oldest&page_size=2").await.json();
+    let token = first["next_page_token"].as_str().unwrap();
+    let second = server.get(&format!("/scenes?sort=oldest&page_size=2&page_token={token}")).await.json();
+    assert_eq!([ids(&first), ids(&second)].concat(), scenes);
+}
+
 /// Ids of a page of jobs.
 fn job_ids(page: &Value) -> Vec<String> {
     page["jobs"].as_array().unwrap().iter().map(|job| job["id"].as_str().unwrap().to_owned()).collect()
@@ -140,6 +188,14 @@ async fn parameters_that_mean_nothing_are_refused() {
         "/scenes?colour=red",
         "/scenes?state=ready&state=failed",
         "/scenes?parent=none",
+        "/scenes?verdict=ready",
+        "/scenes?kind=video",
+        "/scenes?q=",
+        "/scenes?category=",
+        "/scenes?min_objects=few",
+        "/scenes?sort=best",
+        "/scenes/facets?page_size=5",
+        "/scenes/facets?sort=newest",
         "/jobs?page_size=0",
         "/jobs?page_token=abc",
         "/jobs?state=ready",
@@ -185,7 +241,12 @@ async fn probes_metrics_version_and_the_document() {
     assert_eq!(server.get("/healthz").await.json(), json!({ "status": "ok" }));
     assert_eq!(server.get("/readyz").await.json(), json!({ "status": "ready" }));
     let version = server.get("/version").await.json();
-    assert_eq!(version, json!({ "name": "tabletopgen", "version": env!("CARGO_PKG_VERSION") }));
+    assert_eq!(
+        (&version["name"], &version["version"]),
+        (&json!("tabletopgen"), &json!(env!("CARGO_PKG_VERSION")))
+    );
+    // Whether the page was built before the program.
+    assert!(version["studio"].is_boolean(), "{version}");
     let document = server.get("/openapi.yaml").await;
     assert!(document.body.starts_with(b"openapi: 3.1"));
     script.open_gate();

@@ -53,8 +53,10 @@ impl EventStream {
                 kind = Some(value.trim().to_owned());
             } else if let Some(value) = line.strip_prefix("data: ") {
                 data = serde_json::from_str(value).ok();
-            } else if let (true, Some(seq)) = (line.trim().is_empty(), seq) {
-                return Some(SentEvent { seq, kind: kind?, data: data? });
+            } else if line.trim().is_empty()
+                && let (Some(seq), Some(kind), Some(data)) = (seq, kind.take(), data.take())
+            {
+                return Some(SentEvent { seq, kind, data });
             }
         }
     }

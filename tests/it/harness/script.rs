@@ -119,7 +119,7 @@ async fn build(context: JobContext, script: Arc<Script>) -> Result<BuiltScene, S
         files,
         passed,
         reasons: if passed { vec![] } else { vec!["mug_1 floats".into()] },
-        summary: serde_json::json!({ "objects": 2 }),
+        summary: serde_json::json!({ "objects": 2, "categories": ["bowl", "mug"] }),
         metrics: serde_json::json!({ "col_o": 0.0, "col_s": 0.0, "ss": 1.0, "dss_shipped": 1.0 }),
     })
 }

@@ -1,6 +1,7 @@
 //! A pipeline of one stage that packs a whole, tiny bundle: enough for what reads bundles.
 //!
-//! A text that contains `quarantine` fails its certificate. Every text has a mesh of its own.
+//! A text that contains `quarantine` fails its certificate, and one with `render` has a real image. Every text has a mesh
+//! of its own.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use scene::SceneRequest;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use store::artifacts::ArchiveRow;
+use store::artifacts::{ArchiveRow, FileRow};
 use tabletopgen::pipeline::checkpoint::{ArtifactRef, Stage, StageContext};
 use tabletopgen::pipeline::error::StageError;
 use tabletopgen::worker::{BuildScene, BuiltScene, JobContext};
@@ -25,6 +26,7 @@ struct Inputs {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Output {
     archive: ArtifactRef,
+    files: Vec<(String, String, String, u64)>,
 }
 
 /// As the worker takes it.
@@ -39,7 +41,7 @@ async fn build_scene(context: JobContext) -> Result<BuiltScene, StageError> {
     let archive = ArchiveRow { digest: output.archive.digest, size: output.archive.size };
     Ok(BuiltScene {
         archive,
-        files: Vec::new(),
+        files: output.files.into_iter().map(row).collect(),
         passed,
         reasons: if passed { vec![] } else { vec!["mug_1 floats".into()] },
         summary: json!({ "objects": 1 }),
@@ -49,7 +51,22 @@ async fn build_scene(context: JobContext) -> Result<BuiltScene, StageError> {
 
 async fn pack(context: StageContext<()>, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let archive = export::zip_bundle(&files(&inputs.request)).expect("packs");
-    Ok(Output { archive: context.put("all.zip", "application/zip", archive).await? })
+    let mut listed = export::archive::manifest_entries(&archive).expect("is a bundle");
+    listed.extend([export::archive::manifest_itself(&archive).expect("is a bundle")]);
+    let files =
+        listed.into_iter().map(|(path, entry)| (path, entry.sha256, entry.media_type, entry.size)).collect();
+    Ok(Output { archive: context.put("all.zip", "application/zip", archive).await?, files })
+}
+
+fn row((name, digest, media_type, size): (String, String, String, u64)) -> FileRow {
+    FileRow { name, digest: store::Digest::parse(&digest).expect("is a digest"), media_type, size }
+}
+
+/// Red on the left, blue on the right.
+fn render() -> Vec<u8> {
+    let mut image = imaging::Image::filled(800, 600, [255, 0, 0, 255]);
+    (0..600).for_each(|y| (400..800).for_each(|x| image.set_pixel(x, y, [0, 0, 255, 255])));
+    imaging::codec::encode_png(&image)
 }
 
 fn passes(request: &SceneRequest) -> bool {
@@ -70,15 +87,22 @@ fn files(request: &SceneRequest) -> Vec<BundleFile> {
     };
     let report =
         json!({ "format": "tabletopgen-report/1", "scene": id, "verdict": verdict, "reasons": reasons });
+    let is_rendered = request.input.text().unwrap_or_default().contains("render");
+    let hero = if is_rendered { render() } else { b"hero".to_vec() };
     let mut files: BTreeMap<&str, Vec<u8>> = BTreeMap::from([
         ("scene.json", scene(&id, request).to_string().into_bytes()),
         ("report.json", report.to_string().into_bytes()),
-        ("preview/hero.png", b"hero".to_vec()),
+        ("preview/hero.png", hero),
+        ("report.html", b"<!doctype html><title>Report</title>".to_vec()),
         ("preview/top.png", b"top".to_vec()),
         ("glb/table.glb", b"a table".to_vec()),
         ("glb/mug_1.glb", format!("a mug of {:?}", request.input.text()).into_bytes()),
     ]);
-    let media_type = |path: &str| if path.ends_with(".png") { "image/png" } else { "application/json" };
+    let media_type = |path: &str| match path.rsplit('.').next() {
+        Some("png") => "image/png",
+        Some("html") => "text/html",
+        _ => "application/json",
+    };
     let entries: Vec<Value> = files
         .iter()
         .map(|(path, bytes)| {

@@ -1,7 +1,7 @@
 //! Operations of the tag `jobs`: operations on scenes, their stages and their events.
 
 use super::super::operation::Operation;
-use crate::api::events::content::EventPage;
+use crate::api::events::content::{EventPage, TenantEventPage};
 use crate::api::jobs::JobPage;
 use crate::api::jobs::StageList;
 use crate::api::views::JobView;
@@ -36,6 +36,23 @@ pub fn list_events(operation: &mut Operation<'_>) {
     operation.answers::<EventPage>(200, "Events in order. A stream ends when the job has ended.");
     operation.streams("Events in order. A stream ends when the job has ended.", "an Event");
     operation.answers_nothing(204, "Streams only: the job has ended and the client has seen everything.");
+}
+
+/// `GET /events`.
+pub fn list_all_events(operation: &mut Operation<'_>) {
+    operation.is(
+        "jobs",
+        "listAllEvents",
+        "Events of all jobs and recordings, as a page or (with `Accept text/event-stream`) as they happen.",
+    );
+    operation.explain(
+        "One stream tells a client of everything: a browser opens few connections to a server. It goes on until the \
+         client leaves or it is too old; its first message has an `id` and no event, so that a client that was cut off \
+         comes back where it left.",
+    );
+    operation.resumes();
+    operation.answers::<TenantEventPage>(200, "Events in order.");
+    operation.streams("Events in order.", "a TenantEvent");
 }
 
 /// `POST /jobs/{job_id}/cancel`.

@@ -4,10 +4,12 @@ use super::super::operation::Operation;
 use crate::api::artifacts::ArtifactList;
 use crate::api::edits::ValidatedEdit;
 use crate::api::extract::JsonRequest;
+use crate::api::files::BundleFileList;
 use crate::api::lineage::Lineage;
 use crate::api::scene_body::SceneBody;
 use crate::api::scene_body::SceneForm;
 use crate::api::scene_body::SceneSubmission;
+use crate::api::scenes::SceneFacets;
 use crate::api::scenes::ScenePage;
 use crate::api::scenes::Validated;
 use crate::api::variants::ValidatedVariants;
@@ -21,8 +23,22 @@ use crate::schemas::values::PathText;
 
 /// `GET /scenes`.
 pub fn list_scenes(operation: &mut Operation<'_>) {
-    operation.is("scenes", "listScenes", "Scenes, newest first, each with its newest job.");
+    operation.is(
+        "scenes",
+        "listScenes",
+        "Scenes, newest first unless `sort` says otherwise, each with its newest job.",
+    );
     operation.answers::<ScenePage>(200, "A page.");
+}
+
+/// `GET /scenes/facets`.
+pub fn count_scenes(operation: &mut Operation<'_>) {
+    operation.is(
+        "scenes",
+        "countScenes",
+        "How many scenes a filter leaves, by what they can be filtered by.",
+    );
+    operation.answers::<SceneFacets>(200, "The numbers.");
 }
 
 /// `POST /scenes`.
@@ -106,6 +122,38 @@ pub fn get_bundle(operation: &mut Operation<'_>) {
         &["application/zip"],
     );
     operation.refuses(&[409, 410]);
+}
+
+/// `GET /scenes/{scene_id}/files`.
+pub fn list_files(operation: &mut Operation<'_>) {
+    operation.is("scenes", "listFiles", "The files of the bundle.");
+    operation.answers::<BundleFileList>(200, "The files by name.");
+    operation.links(
+        "first",
+        "getFile",
+        &[("scene_id", "$request.path.scene_id"), ("name", "$response.body#/files/0/name")],
+    );
+    operation.refuses(&[409, 410]);
+}
+
+/// `GET /scenes/{scene_id}/files/{name}`.
+pub fn get_file(operation: &mut Operation<'_>) {
+    operation.is("scenes", "getFile", "One file of the bundle.");
+    let description = "The file's name, slashes included; they may be percent-encoded.";
+    operation.path_parameter::<PathText>("name", description, "scene.json");
+    operation.downloads(
+        "Bytes of the file, in its media type; as `application/octet-stream` for clients that accept only that.",
+        &["application/json", "*/*"],
+    );
+    operation.refuses(&[409, 410]);
+}
+
+/// `GET /scenes/{scene_id}/preview`.
+pub fn get_preview(operation: &mut Operation<'_>) {
+    operation.is("scenes", "getPreview", "A small image of the finished scene, also of one in quarantine.");
+    operation.explain("404 where the scene has no render, or none yet.");
+    operation.downloads("The image.", &["image/jpeg"]);
+    operation.refuses(&[410]);
 }
 
 /// `POST /scenes/{scene_id}/edits`.
