@@ -193,6 +193,29 @@ class BatchSpending(Model):
     reserved_usd: float
 
 
+class BundleFile(Model):
+    """
+    A file of a bundle.
+    """
+
+    name: str
+    """
+    Path below the folder of the bundle.
+    """
+    size_bytes: int
+    sha256: str
+    media_type: str
+    link: str
+
+
+class BundleFileList(Model):
+    """
+    The files of a bundle by name.
+    """
+
+    files: list[BundleFile]
+
+
 class BundleFormat(RootModel[Literal["usd", "urdf", "mjcf", "sdf", "glb", "all"]]):
     root: Literal["usd", "urdf", "mjcf", "sdf", "glb", "all"]
     """
@@ -420,6 +443,25 @@ class FieldError(Model):
     detail: str
 
 
+class Gripper(Model):
+    """
+    A parallel gripper.
+    """
+
+    max_opening_m: float
+    """
+    Greatest distance of the pads, meters.
+    """
+    grip_force_n: float
+    """
+    Force of a grip, newtons.
+    """
+    max_force_n: float
+    """
+    Force that it can hold continuously, newtons.
+    """
+
+
 class ImageBytes(Model):
     """
     An image in the body.
@@ -443,6 +485,26 @@ class ImageUrl(Model):
     """
     URL of such a file: https, at a public address. The file is fetched before the request is answered.
     """
+
+
+class IndexLinks(Model):
+    """
+    Paths that a client begins with.
+    """
+
+    contract: str
+    page: str
+    """
+    The page for people.
+    """
+    scenes: str
+    jobs: str
+    batches: str
+    datasets: str
+    episodes: str
+    events: str
+    session: str
+    version: str
 
 
 class JobLinks(Model):
@@ -496,6 +558,13 @@ class LimitUse(Model):
     used: float
     """
     Amount that is used of it, without what was asked for.
+    """
+
+
+class ListOrder(RootModel[Literal["newest", "oldest"]]):
+    root: Literal["newest", "oldest"]
+    """
+    Order of a list of scenes; a page token belongs to the order that it came with.
     """
 
 
@@ -597,6 +666,43 @@ class Pose(Model):
     rotation_xyzw: list[float]
     """
     Unit quaternion, stored x, y, z, w.
+    """
+
+
+class PreviewWidth(RootModel[Literal[160, 320, 640]]):
+    root: Literal[160, 320, 640] = 320
+    """
+    Width of an image, pixels; the height follows.
+    """
+
+
+class QueueKind(Model):
+    """
+    Jobs of a kind.
+    """
+
+    kind: Literal["generate", "retry", "freeze_dataset", "verify_dataset", "record_attempt", "assemble_recording", "execute_task"]
+    """
+    The operation: `generate` and `retry` build a scene, `freeze_dataset` makes a version of a dataset and
+    `verify_dataset` reads one, `record_attempt` makes one attempt of a recording and `assemble_recording` writes its
+    dataset, `execute_task` has a simulated robot do a task.
+    """
+    waiting: int
+    """
+    Also those for a later time.
+    """
+    running: int
+
+
+class QueuePause(Model):
+    """
+    A pause of claiming.
+    """
+
+    reason: str
+    since: AwareDatetime
+    """
+    RFC 3339 in UTC with milliseconds.
     """
 
 
@@ -1008,6 +1114,31 @@ class Retry(Model):
     """
 
 
+class Robot(Model):
+    """
+    A robot.
+    """
+
+    name: str
+    title: str
+    """
+    In words.
+    """
+    dof: int
+    """
+    Number of joints of the arm.
+    """
+    gripper: Gripper
+
+
+class RobotList(Model):
+    """
+    The robots that tasks are done with.
+    """
+
+    robots: list[Robot]
+
+
 class RotateOperation(Model):
     """
     A turn about the vertical axis, counter-clockwise from above: exactly one of `by_rad`, `to_rad` and `facing`.
@@ -1027,6 +1158,28 @@ class RotateOperation(Model):
     facing: str | None = None
 
 
+class SceneFacets(Model):
+    """
+    How many of the scenes have what; of more than 100,000, the newest ones are counted.
+    """
+
+    total: int
+    state: dict[str, int]
+    verdict: dict[str, int]
+    """
+    Scenes that are not certified are in none.
+    """
+    kind: dict[str, int]
+    category: dict[str, int]
+    """
+    The 50 categories that the most scenes have.
+    """
+    label: dict[str, int]
+    """
+    The 50 labels that the most scenes have, as `key=value`.
+    """
+
+
 class SceneLinks(Model):
     """
     Paths of what belongs to a scene.
@@ -1034,6 +1187,8 @@ class SceneLinks(Model):
 
     self: str
     bundle: str
+    files: str
+    preview: str
     artifacts: str
     events: str | None
 
@@ -1147,6 +1302,15 @@ class SharesOfLimits(Model):
     """
     Shares of the servo targets.
     """
+
+
+class SizeView(Model):
+    """
+    Extents of an object as it stands: width, depth, height; meters.
+    """
+
+    low_m: list[float]
+    high_m: list[float]
 
 
 class StackOperation(Model):
@@ -1435,6 +1599,10 @@ class Version(Model):
 
     name: str
     version: str
+    studio: bool
+    """
+    Whether the program has the page for people at `/studio/`.
+    """
 
 
 class WebhookMessageData(Model):
@@ -1610,6 +1778,46 @@ class Call(Model):
     finished_at: AwareDatetime | None
     """
     RFC 3339 in UTC with milliseconds.
+    """
+
+
+class Category(Model):
+    """
+    A category of objects.
+    """
+
+    name: str
+    label: str
+    """
+    In words, singular.
+    """
+    synonyms: list[str]
+    stands_in_for: list[str]
+    """
+    Other objects, in words, for which one of this category stands in.
+    """
+    families: list[str]
+    group: str
+    """
+    What it is used as, such as `cutlery`.
+    """
+    size: SizeView
+    mass_kg: float | None
+    """
+    Mass at the typical size, kilograms; null where it follows from volume and substance.
+    """
+    substance: str
+    """
+    Main substance.
+    """
+    palette: list[str]
+    """
+    Colors that it has where none is asked for, `#rrggbb`.
+    """
+    affordances: list[str]
+    states: list[str]
+    """
+    States that it can be in beside standing upright.
     """
 
 
@@ -2031,6 +2239,37 @@ class GoalPredicate(Model):
     """
 
 
+class HeldJob(Model):
+    """
+    A job that a worker holds.
+    """
+
+    job_id: UUID
+    kind: Literal["generate", "retry", "freeze_dataset", "verify_dataset", "record_attempt", "assemble_recording", "execute_task"]
+    """
+    The operation: `generate` and `retry` build a scene, `freeze_dataset` makes a version of a dataset and
+    `verify_dataset` reads one, `record_attempt` makes one attempt of a recording and `assemble_recording` writes its
+    dataset, `execute_task` has a simulated robot do a task.
+    """
+    scene_id: UUID | None
+    dataset_id: UUID | None
+    recording_id: UUID | None
+    since: AwareDatetime
+    """
+    Its newest claim.
+    """
+
+
+class Index(Model):
+    """
+    Name and version of the program, and paths of its interface.
+    """
+
+    name: str
+    version: str
+    links: IndexLinks
+
+
 class Job(Model):
     """
     An operation on a scene, a dataset or a recording.
@@ -2395,6 +2634,19 @@ class Problem(Model):
     """
     The limit that leaves no room, where that is the reason.
     """
+
+
+class QueueWorker(Model):
+    """
+    A worker and the jobs that it holds.
+    """
+
+    id: str
+    since: AwareDatetime
+    """
+    The earliest claim of these jobs.
+    """
+    jobs: list[HeldJob]
 
 
 class RecolorOperation(Model):
@@ -2984,6 +3236,14 @@ class AddOperation(Model):
     where: EditPlace | None = None
 
 
+class Catalog(Model):
+    """
+    The objects that scenes are made of.
+    """
+
+    categories: list[Category]
+
+
 class Dataset(Model):
     """
     A freeze, and the version that it made.
@@ -3182,6 +3442,10 @@ class EventData(Model):
     elapsed_ms: int | None = None
     """
     `stage_finished`.
+    """
+    artifacts: list[str] | None = None
+    """
+    `stage_finished`: names of the artifacts of the stage. Absent from events of earlier versions.
     """
     failure: Failure | None = None
     delay_ms: int | None = None
@@ -3653,6 +3917,29 @@ class ProposedTask(Model):
     """
     wordings: Wordings
     difficulty: Difficulty
+
+
+class Queue(Model):
+    """
+    Work of a tenant; for the operator, of all tenants.
+    """
+
+    paused: QueuePause | None
+    """
+    Null while workers take jobs.
+    """
+    kinds: list[QueueKind]
+    """
+    Kinds of which jobs wait or run.
+    """
+    workers: list[QueueWorker]
+    """
+    Workers that hold jobs, by name.
+    """
+    storage: Literal["ok", "full", "unavailable"]
+    """
+    Whether the database and the place of blobs take writes: `full` where the disk or a quota leaves no room.
+    """
 
 
 class Recording(Model):
@@ -4157,6 +4444,10 @@ class Summary(Model):
     """
     Number of objects.
     """
+    categories: list[str] | None = None
+    """
+    Categories of the objects, each once, in order. Absent in scenes of earlier versions.
+    """
     table: str | None = None
     """
     Label of the table.
@@ -4183,6 +4474,71 @@ class Summary(Model):
     Objects that were made smaller or moved for lack of space.
     """
     robot: RobotFinding | None = None
+
+
+class TenantEvent(Model):
+    """
+    Something that happened to a job or a recording.
+    """
+
+    seq: int
+    """
+    Ascending over all jobs and recordings, with gaps.
+    """
+    number: int
+    """
+    The `seq` within the job or the recording.
+    """
+    at: AwareDatetime
+    """
+    RFC 3339 in UTC with milliseconds.
+    """
+    kind: (
+        Literal[
+            "job_queued",
+            "job_started",
+            "stage_started",
+            "stage_progress",
+            "stage_finished",
+            "job_retrying",
+            "job_orphaned",
+            "job_released",
+            "job_cancelling",
+            "job_cancelled",
+            "job_failed",
+            "job_succeeded",
+        ]
+        | Literal["queued", "running", "attempt", "attempt_lost", "restarted", "assembling", "finished", "failed", "cancelled"]
+    )
+    """
+    Kind of an event of a job or of a recording.
+    """
+    job_id: UUID | None
+    """
+    The job; null for an event of a recording itself.
+    """
+    job_kind: (
+        Literal["generate", "retry", "freeze_dataset", "verify_dataset", "record_attempt", "assemble_recording", "execute_task"] | None
+    )
+    scene_id: UUID | None
+    dataset_id: UUID | None
+    recording_id: UUID | None
+    data: EventData | RecordingEventData
+    """
+    Subject of the event, as the events of its job or its recording have it.
+    """
+
+
+class TenantEventPage(Model):
+    """
+    A page of events of a tenant.
+    """
+
+    events: list[TenantEvent]
+    next_after: int
+    """
+    The `after` of the next page.
+    """
 
 
 class Scene(Model):
