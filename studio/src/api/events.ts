@@ -1,0 +1,124 @@
+/**
+ * One stream of events for all tabs of a browser.
+ *
+ * A browser opens at most six connections to a server of HTTP/1.1, and each stream occupies one. The tab that holds the
+ * lock has the stream and passes events on to the others. Where the browser has no locks (a page without https at
+ * another host than this computer), a tab has its own stream while it is visible.
+ */
+import { signal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
+import { askForLogin } from './fetch';
+
+/** An event of a job or a recording of this tenant. */
+export interface TenantEvent {
+  kind: string;
+  at: string;
+  data: Record<string, unknown>;
+  job_id?: string | null;
+  scene_id?: string | null;
+  recording_id?: string | null;
+  dataset_id?: string | null;
+}
+
+export type StreamState = 'connecting' | 'live' | 'interrupted';
+export const streamState = signal<StreamState>('connecting');
+
+const listeners = new Set<(event: TenantEvent) => void>();
+const channel = new BroadcastChannel('tabletopgen-events');
+
+function tell(event: TenantEvent): void {
+  for (const listener of listeners) listener(event);
+}
+
+/** Id of the last event, from which a new leader goes on. */
+let cursor = '';
+
+type Message = { event: TenantEvent; id: string } | { state: StreamState };
+
+channel.onmessage = ({ data }: MessageEvent<Message>) => {
+  if ('state' in data) {
+    streamState.value = data.state;
+    return;
+  }
+  cursor = data.id;
+  streamState.value = 'live';
+  tell(data.event);
+};
+
+function share(state: StreamState): void {
+  streamState.value = state;
+  channel.postMessage({ state } satisfies Message);
+}
+
+/** Keeps a stream open until `ended`; after a refusal it asks whether the login has ended. */
+async function stream(ended: AbortSignal): Promise<void> {
+  while (!ended.aborted) {
+    await new Promise<void>((closed) => {
+      const source = new EventSource(cursor ? `/events?after=${encodeURIComponent(cursor)}` : '/events?after=latest');
+      const close = () => {
+        source.close();
+        closed();
+      };
+      ended.addEventListener('abort', close, { once: true });
+      source.onopen = () => share('live');
+      source.onerror = () => {
+        share('interrupted');
+        if (source.readyState === EventSource.CLOSED) close();
+      };
+      source.addEventListener('tenant', () => {});
+      const receive = (message: MessageEvent<string>) => {
+        cursor = message.lastEventId;
+        const event: TenantEvent = JSON.parse(message.data);
+        channel.postMessage({ event, id: cursor } satisfies Message);
+        tell(event);
+      };
+      for (const kind of KINDS) source.addEventListener(kind, receive);
+      source.onmessage = receive;
+    });
+    if (ended.aborted) return;
+    const session = await fetch('/session').catch(() => undefined);
+    if (session?.status === 401) await askForLogin();
+    else await new Promise((resolve) => setTimeout(resolve, 5000));
+  }
+}
+
+/** The names of events; an EventSource tells only of names that it is asked for. */
+const KINDS = [
+  ...['queued', 'started', 'retrying', 'orphaned', 'released', 'cancelling', 'cancelled', 'failed', 'succeeded'].map((what) => `job_${what}`),
+  ...['stage_started', 'stage_progress', 'stage_finished'],
+];
+
+/** Begins to listen; called once. */
+export function listen(): void {
+  if (navigator.locks) {
+    void navigator.locks.request('tabletopgen-events', () => stream(new AbortController().signal));
+    return;
+  }
+  let control: AbortController | undefined;
+  const follow = () => {
+    control?.abort();
+    control = undefined;
+    if (document.visibilityState === 'visible') void stream((control = new AbortController()).signal);
+  };
+  document.addEventListener('visibilitychange', follow);
+  follow();
+}
+
+/** Calls `react` at events that `concerns` selects, at most once in `pause` milliseconds. */
+export function useEvents(concerns: (event: TenantEvent) => boolean, react: () => void, inputs: unknown[], pause = 250): void {
+  useEffect(() => {
+    let timer: ReturnType<typeof setTimeout> | undefined;
+    const listener = (event: TenantEvent) => {
+      if (!concerns(event)) return;
+      timer ??= setTimeout(() => {
+        timer = undefined;
+        react();
+      }, pause);
+    };
+    listeners.add(listener);
+    return () => {
+      listeners.delete(listener);
+      clearTimeout(timer);
+    };
+  }, inputs);
+}

@@ -1,0 +1,40 @@
+/** A dialog over the page; the browser keeps the focus in it and closes it by Escape. */
+import type { ComponentChildren } from 'preact';
+import { useEffect, useRef } from 'preact/hooks';
+
+export function Dialog({
+  title,
+  onClose,
+  children,
+  closable = true,
+}: {
+  title: string;
+  onClose: () => void;
+  children: ComponentChildren;
+  closable?: boolean;
+}) {
+  const element = useRef<HTMLDialogElement>(null);
+  useEffect(() => {
+    element.current?.showModal();
+  }, []);
+  return (
+    <dialog
+      ref={element}
+      aria-label={title}
+      onCancel={(event) => {
+        if (!closable) event.preventDefault();
+      }}
+      onClose={onClose}
+    >
+      <header>
+        <h2>{title}</h2>
+        {closable && (
+          <button type="button" class="quiet" onClick={() => element.current?.close()} aria-label="Close">
+            ✕
+          </button>
+        )}
+      </header>
+      {children}
+    </dialog>
+  );
+}
