@@ -54,7 +54,7 @@ function share(state: StreamState): void {
 async function stream(ended: AbortSignal): Promise<void> {
   while (!ended.aborted) {
     await new Promise<void>((closed) => {
-      const source = new EventSource(cursor ? `/events?after=${encodeURIComponent(cursor)}` : '/events?after=latest');
+      const source = new EventSource(cursor ? `/events?after=${encodeURIComponent(cursor)}` : '/events');
       const close = () => {
         source.close();
         closed();
@@ -65,7 +65,6 @@ async function stream(ended: AbortSignal): Promise<void> {
         share('interrupted');
         if (source.readyState === EventSource.CLOSED) close();
       };
-      source.addEventListener('tenant', () => {});
       const receive = (message: MessageEvent<string>) => {
         cursor = message.lastEventId;
         const event: TenantEvent = JSON.parse(message.data);

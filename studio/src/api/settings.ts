@@ -18,6 +18,12 @@ export interface Schema {
   $defs?: Record<string, Schema>;
 }
 
+/** The options in the schema of a request. */
+export function optionsSchema(request: Schema): Schema {
+  const $defs = request.$defs ?? {};
+  return { ...$defs.Options, $defs };
+}
+
 /** The schema without references and without the alternative null. */
 export function resolved(schema: Schema, root: Schema): Schema {
   if (schema.$ref) {

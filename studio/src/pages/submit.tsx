@@ -2,7 +2,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { useEvents } from '../api/events';
 import { getJson, Refusal, sendJson } from '../api/fetch';
-import type { Schema } from '../api/settings';
+import { optionsSchema, type Schema } from '../api/settings';
 import type { Scene, ScenePage, TextAccount } from '../api/types';
 import { ago, count } from '../format';
 import { useShortcuts } from '../keys';
@@ -260,7 +260,7 @@ function DropTarget({ onFile }: { onFile: (file: File | undefined) => void }) {
 
 function OptionsDisclosure({ values, onChange, errorAt }: { values: Values; onChange: (values: Values) => void; errorAt: (pointer: string) => string | undefined }) {
   const [open, setOpen] = useState(false);
-  const schema = useLoad(open ? '/settings/schema' : null, (signal) => getJson<Schema>('/settings/schema', signal));
+  const schema = useLoad(open ? '/settings/schema' : null, async (signal) => optionsSchema(await getJson<Schema>('/settings/schema', signal)));
   const changed = Object.keys(values).length;
   return (
     <details open={open} onToggle={(event) => setOpen(event.currentTarget.open)}>

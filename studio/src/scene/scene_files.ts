@@ -1,0 +1,38 @@
+/** Addresses of the files of a scene. */
+import type { Scene } from '../api/types';
+
+function suffix(scene: Pick<Scene, 'verdict'>, joint: '?' | '&'): string {
+  return scene.verdict === 'quarantine' ? `${joint}quarantined=true` : '';
+}
+
+/** A file of the bundle, by its name there. */
+export function fileUrl(scene: Pick<Scene, 'id' | 'verdict'>, name: string): string {
+  return `/scenes/${scene.id}/files/${name}${suffix(scene, '?')}`;
+}
+
+export function bundleUrl(scene: Pick<Scene, 'id' | 'verdict'>, format: string): string {
+  return `/scenes/${scene.id}/bundle?format=${format}${suffix(scene, '&')}`;
+}
+
+/** Files of collision hulls by body, as far as a stage made them. */
+export function hullUrls(scene: Pick<Scene, 'artifacts'>): Map<string, string> {
+  const urls = new Map<string, string>();
+  for (const artifact of scene.artifacts ?? []) {
+    const found = /^decompose\/([^/]+)\/hulls\.glb$/.exec(artifact.name);
+    if (found) urls.set(found[1]!, artifact.url);
+  }
+  return urls;
+}
+
+/** The first lines of code under each heading of a bundle's `README.md`. */
+export function examples(readme: string): { title: string; language: string; code: string }[] {
+  const found: { title: string; language: string; code: string }[] = [];
+  let title = '';
+  for (const part of readme.split(/^(?=## |```)/m)) {
+    const heading = /^## (.+)/.exec(part);
+    if (heading) title = heading[1]!.trim();
+    const block = /^```(python|js|sh)\n([\s\S]*)/.exec(part);
+    if (block && title && !found.some((one) => one.title === title)) found.push({ title, language: block[1]!, code: block[2]!.trimEnd() });
+  }
+  return found;
+}
