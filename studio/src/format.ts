@@ -10,6 +10,12 @@ export function significant(value: number, digits = 3): string {
   return text.replace('-', MINUS);
 }
 
+/** A number with so many decimals, without a sign before zero. */
+export function fixed(value: number, decimals: number): string {
+  const text = value.toFixed(decimals);
+  return (Number(text) === 0 ? text.replace('-', '') : text).replace('-', MINUS);
+}
+
 /** A length in meters as micrometers, millimeters, centimeters or meters. */
 export function length(meters: number): string {
   const size = Math.abs(meters);

@@ -33,7 +33,7 @@ const TABS = [
   { id: 'certificate', title: 'Certificate' },
   { id: 'stages', title: 'Stages' },
   { id: 'download', title: 'Download' },
-  { id: 'code', title: 'As code' },
+  { id: 'code', title: 'Code' },
   { id: 'edit', title: 'Edit' },
   { id: 'tasks', title: 'Robot' },
   { id: 'parent', title: 'Differences' },

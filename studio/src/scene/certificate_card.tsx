@@ -66,15 +66,15 @@ function Row({ check, onSelect }: { check: Check; onSelect: (name: string) => vo
       <div>
         <p class="title">{check.title}</p>
         <p class="values number">
-          <span>{check.measured}</span>
+          {check.measured}
           {check.worst && (
             <button type="button" class="quiet" onClick={() => onSelect(check.worst!)}>
               {check.worst}
             </button>
           )}
+          <span class="hint">{check.asked}</span>
         </p>
         {check.share !== undefined && check.bound && <Bar share={check.share} bound={check.bound} passes={check.passes} />}
-        <p class="hint">{check.asked}</p>
       </div>
     </li>
   );

@@ -1,6 +1,6 @@
 /** The objects as a tree of supports, linked with the viewer. */
 import type { ComponentChildren } from 'preact';
-import { degrees, length, mass, percent, significant } from '../format';
+import { degrees, fixed, length, mass, percent, significant } from '../format';
 import { Badge } from '../ui/parts';
 import type { Instance, Report, SceneDocument } from './documents';
 
@@ -56,7 +56,7 @@ export function ObjectTree({ document: doc, report, accused, selected, onSelect 
 function Details({ instance, report }: { instance: Instance; report: Report | undefined }) {
   const certificate = report?.objects.find((object) => object.name === instance.name);
   const health = report?.bodies.find((body) => body.name === instance.name);
-  const vector = (values: number[], factor: number) => values.map((value) => (value * factor).toFixed(1).replace('-', '\u2212')).join(', ');
+  const vector = (values: number[], factor: number) => values.map((value) => fixed(value * factor, 1)).join(', ');
   const facts: [string, ComponentChildren][] = [
     ['Size', `${vector(instance.size_m, 100)} cm`],
     ['Position', `${vector(instance.translation_m, 100)} cm`],

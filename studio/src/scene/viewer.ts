@@ -34,6 +34,7 @@ import {
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { fixed } from '../format';
 import type { Pose, SceneDocument } from './documents';
 
 Object3D.DEFAULT_UP.set(0, 0, 1);
@@ -256,9 +257,9 @@ export class Viewer {
     this.#redrawMarks();
   }
 
-  #outline(name: string, color: Color): LineSegments | undefined {
+  #outline(name: string, color: Color): void {
     const body = this.#bodies.get(name);
-    if (!body) return undefined;
+    if (!body) return;
     const lines = new Group();
     body.updateMatrixWorld(true);
     body.traverse((node) => {
@@ -269,7 +270,6 @@ export class Viewer {
       lines.add(edges);
     });
     this.#marks.add(lines);
-    return undefined;
   }
 
   #redrawMarks(): void {
@@ -330,7 +330,8 @@ export class Viewer {
   async showHulls(urls: Map<string, string>): Promise<void> {
     for (const [name, url] of urls) {
       const body = this.#bodies.get(name);
-      if (!body || this.#hulls.has(name)) continue;
+      // Those of the table would cover everything.
+      if (!body || this.#hulls.has(name) || name === this.#scene?.table.name) continue;
       const { scene: root } = await new GLTFLoader().loadAsync(url);
       const group = new Group();
       root.updateMatrixWorld(true);
@@ -471,7 +472,7 @@ export class Viewer {
     const [from, to] = this.#points;
     if (from && to) {
       const d = to.clone().sub(from);
-      const cm = (value: number) => (value * 100).toFixed(1).replace('-', '\u2212');
+      const cm = (value: number) => fixed(value * 100, 1);
       add(from.clone().add(to).multiplyScalar(0.5), `${cm(d.length())} cm  (x ${cm(d.x)}, y ${cm(d.y)}, z ${cm(d.z)})`, 'measure');
     }
     if (this.#selected) {
