@@ -13,3 +13,11 @@ export interface Facets {
   category: Record<string, number>;
   label: Record<string, number>;
 }
+
+/** What waits, what runs, and where. */
+export interface Queue {
+  paused: { reason: string; since: string } | null;
+  kinds: { kind: string; waiting: number; running: number }[];
+  workers: { id: string; since: string; jobs: { job_id: string; kind: string; scene_id: string | null; since: string }[] }[];
+  storage: 'ok' | 'full' | 'unavailable';
+}
