@@ -11,11 +11,14 @@ import { Badge, Failed, Waiting } from '../ui/parts';
 import { DATASET_TONES } from './datasets';
 
 interface Distribution {
-  median?: number;
-  min?: number;
-  max?: number;
-  mean?: number;
-  histogram?: { from: number; to: number; count: number }[];
+  unit: string;
+  count: number;
+  min: number | null;
+  max: number | null;
+  median: number | null;
+  /** Bin `k` holds values from `edges[k]` up to `edges[k + 1]`. */
+  edges: number[];
+  counts: number[];
 }
 
 /** `statistics.json` of a version, as far as the page reads it. */
@@ -119,8 +122,6 @@ export default function DatasetPage({ id }: { id: string }) {
 }
 
 function StatisticsCards({ statistics }: { statistics: Statistics }) {
-  const summary = (distribution: Distribution, factor: number, unit: string) =>
-    distribution.median === undefined ? '' : `median ${significant(distribution.median * factor)} ${unit}, ${significant((distribution.min ?? 0) * factor)} to ${significant((distribution.max ?? 0) * factor)}`;
   const items = (record: Record<string, number>): BarItem[] =>
     Object.entries(record)
       .sort((a, b) => b[1] - a[1])
@@ -147,13 +148,37 @@ function StatisticsCards({ statistics }: { statistics: Statistics }) {
         <Bars title="Categories" items={statistics.categories.map((one) => ({ name: one.category.replaceAll('_', ' '), value: one.objects }))} />
         <Bars title="Tables" items={items(statistics.table_shapes)} />
         <Bars title="Licenses" items={items(statistics.licences)} />
-        <section class="card">
-          <h2>Distributions</h2>
-          <p>Objects of a scene: {summary(statistics.objects_per_scene, 1, '')}</p>
-          <p>Mass: {summary(statistics.mass_kg, 1e3, 'g')}</p>
-          <p>Largest extent: {summary(statistics.largest_extent_m, 100, 'cm')}</p>
-        </section>
+        <Histogram title="Objects of a scene" distribution={statistics.objects_per_scene} />
+        <Histogram title="Mass" distribution={statistics.mass_kg} />
+        <Histogram title="Largest extent" distribution={statistics.largest_extent_m} />
       </div>
     </>
+  );
+}
+
+function Histogram({ title, distribution }: { title: string; distribution: Distribution }) {
+  const { counts, edges, unit, median, min, max } = distribution;
+  const most = Math.max(1, ...counts);
+  return (
+    <section class="card">
+      <h2>{title}</h2>
+      <div class="histogram" role="img" aria-label={`${title}: ${counts.map((number, bin) => `${number} from ${edges[bin]}`).join(', ')}`}>
+        {counts.map((number, bin) => (
+          <span key={bin} title={`${edges[bin]} to ${edges[bin + 1]} ${unit}: ${number}`} style={{ height: `${(number / most) * 100}%` }} />
+        ))}
+      </div>
+      <p class="row hint number">
+        <span>{edges[0]}</span>
+        <span class="spring" />
+        <span>
+          {edges.at(-1)} {unit}
+        </span>
+      </p>
+      {median !== null && (
+        <p class="hint number">
+          Median {significant(median)}, {significant(min ?? 0)} to {significant(max ?? 0)} {unit}
+        </p>
+      )}
+    </section>
   );
 }
