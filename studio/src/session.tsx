@@ -21,6 +21,12 @@ export async function loadSession(): Promise<void> {
   }
 }
 
+/** Tabs of a browser have one session: a login in one of them is one in all. */
+const channel = new BroadcastChannel('tabletopgen-session');
+channel.onmessage = () => {
+  if (loginNeeded.value) void loadSession().then(loggedIn);
+};
+
 export async function logOut(): Promise<void> {
   await sendJson('DELETE', '/session');
   location.reload();
@@ -41,6 +47,7 @@ export function Login() {
       setKey('');
       await loadSession();
       loggedIn();
+      channel.postMessage('logged in');
     } catch (refused) {
       setError((refused as Error).message);
     }

@@ -20,7 +20,7 @@ import { fileUrl } from '../scene/scene_files';
 import { StageStrip } from '../scene/stage_strip';
 import { StageTimeline } from '../scene/stage_timeline';
 import { TasksPanel } from '../scene/tasks_panel';
-import { isOver, titleOf } from '../scene/title';
+import { hasFiles, isOver, titleOf } from '../scene/title';
 import { may } from '../session';
 import { announce } from '../ui/announce';
 import { CopyButton, Failed, Panel, SceneBadge, Tabs, Waiting } from '../ui/parts';
@@ -48,7 +48,7 @@ export default function ScenePage({ id }: { id: string }) {
   return (
     <div class="scene-page">
       <Head scene={scene.value} reload={scene.reload} />
-      {scene.value.state === 'ready' ? <Finished scene={scene.value} /> : <Unfinished scene={scene.value} />}
+      {hasFiles(scene.value) ? <Finished scene={scene.value} onChange={scene.reload} /> : <Unfinished scene={scene.value} />}
     </div>
   );
 }
@@ -86,13 +86,13 @@ function Head({ scene, reload }: { scene: Scene; reload: () => void }) {
         <code class="hint">{scene.id.slice(0, 8)}</code>
         <CopyButton text={scene.id} label="Copy id" />
         <span class="spring" />
-        {scene.state === 'ready' && <Review scene={scene} onChange={reload} />}
+        {hasFiles(scene) && <Review scene={scene} onChange={reload} />}
         {!isOver(scene) && job && may('submit') && (
           <button type="button" disabled={job.state === 'cancelling'} onClick={() => void act(() => sendJson('POST', `/jobs/${job.id}/cancel`))}>
             Cancel
           </button>
         )}
-        {job && ['failed', 'cancelled'].includes(job.state) && may('submit') && (
+        {job && !hasFiles(scene) && ['failed', 'cancelled'].includes(job.state) && may('submit') && (
           <button type="button" onClick={() => void act(() => sendJson('POST', `/jobs/${job.id}/retry`, {}))}>
             Try again
           </button>
@@ -118,7 +118,7 @@ function Unfinished({ scene }: { scene: Scene }) {
   );
 }
 
-function Finished({ scene }: { scene: Scene }) {
+function Finished({ scene, onChange }: { scene: Scene; onChange: () => void }) {
   const documents = useLoad(`${scene.id} documents`, async (signal) => {
     const [document, report] = await Promise.all([
       getJson<SceneDocument>(fileUrl(scene, 'scene.json'), signal),
@@ -175,7 +175,7 @@ function Finished({ scene }: { scene: Scene }) {
         <Panel id={tab}>
           {tab === 'objects' && <ObjectTree document={doc} report={report} accused={fails} selected={selected} onSelect={setSelected} />}
           {tab === 'certificate' && <CertificateCard report={report} document={doc} onSelect={setSelected} />}
-          {tab === 'stages' && <StageTimeline scene={scene} />}
+          {tab === 'stages' && <StageTimeline scene={scene} onChange={onChange} />}
           {tab === 'download' && <Downloads scene={scene} />}
           {tab === 'code' && <CodePanel scene={scene} />}
           {tab === 'edit' && <EditPanel scene={scene} />}

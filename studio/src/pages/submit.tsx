@@ -9,7 +9,7 @@ import { useShortcuts } from '../keys';
 import { useLoad, useSettled } from '../load';
 import { href } from '../router';
 import { StageStrip } from '../scene/stage_strip';
-import { isOver, titleOf } from '../scene/title';
+import { hasFiles, isOver, titleOf } from '../scene/title';
 import { may, session } from '../session';
 import { type Draft, imageFault, submit, validate } from '../submit_scene';
 import { partsOf, reasonInWords } from '../text_spans';
@@ -305,7 +305,7 @@ function Progress({ id, onClose }: { id: string; onClose: () => void }) {
             {job.state === 'cancelling' ? 'Canceling…' : 'Cancel'}
           </button>
         )}
-        {over && scene.value.state === 'ready' && (
+        {over && hasFiles(scene.value) && (
           <a class="button primary" href={href(`/scenes/${id}`)}>
             Open the scene
           </a>
@@ -316,7 +316,7 @@ function Progress({ id, onClose }: { id: string; onClose: () => void }) {
           </button>
         )}
       </header>
-      {failure && <p class="notice bad">{failure.message}</p>}
+      {failure && <p class={`notice ${hasFiles(scene.value) ? 'warn' : 'bad'}`}>{failure.message}</p>}
       {job?.queue_position !== undefined && job.state === 'queued' && <p class="hint">Number {job.queue_position} of your scenes in the queue.</p>}
       <StageStrip scene={scene.value} />
     </section>

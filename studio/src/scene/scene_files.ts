@@ -14,12 +14,14 @@ export function bundleUrl(scene: Pick<Scene, 'id' | 'verdict'>, format: string):
   return `/scenes/${scene.id}/bundle?format=${format}${suffix(scene, '&')}`;
 }
 
-/** Files of collision hulls by body, as far as a stage made them. */
+/** Files of collision hulls by body; an edit has those of its parent, but for the bodies that it changed. */
 export function hullUrls(scene: Pick<Scene, 'artifacts'>): Map<string, string> {
   const urls = new Map<string, string>();
-  for (const artifact of scene.artifacts ?? []) {
-    const found = /^decompose\/([^/]+)\/hulls\.glb$/.exec(artifact.name);
-    if (found) urls.set(found[1]!, artifact.url);
+  for (const form of [/^parent\/([^/]+)_hulls\.json$/, /^decompose\/([^/]+)\/hulls\.json$/, /^edit\/([^/]+)_hulls\.json$/]) {
+    for (const artifact of scene.artifacts ?? []) {
+      const found = form.exec(artifact.name);
+      if (found) urls.set(found[1]!, artifact.url);
+    }
   }
   return urls;
 }

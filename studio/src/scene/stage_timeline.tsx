@@ -1,11 +1,16 @@
 /** The timeline of stages as bars, and the calls of remote models. */
+import { useState } from 'preact/hooks';
+import { sendJson } from '../api/fetch';
 import type { Scene } from '../api/types';
 import { count, duration, significant } from '../format';
+import { may } from '../session';
+import { announce } from '../ui/announce';
 import { StageStrip } from './stage_strip';
 import { STAGE_TITLES } from './stages';
 import { timelineOf } from './timeline';
+import { isOver } from './title';
 
-export function StageTimeline({ scene }: { scene: Scene }) {
+export function StageTimeline({ scene, onChange }: { scene: Scene; onChange: () => void }) {
   const { rows, shown_ms, gaps } = timelineOf(scene.stages ?? []);
   const { spending } = scene;
   return (
@@ -36,11 +41,43 @@ export function StageTimeline({ scene }: { scene: Scene }) {
           </li>
         ))}
       </ol>
+      <AgainFrom scene={scene} onChange={onChange} />
       {spending && spending.calls.length > 0 && (
         <p>
           {count(spending.calls.length, 'call')} of remote models for {significant(spending.spent_usd)} of {significant(spending.budget_usd)} USD.
         </p>
       )}
     </div>
+  );
+}
+
+/** Runs a scene again from a stage on; stages before it are found, not computed. */
+function AgainFrom({ scene, onChange }: { scene: Scene; onChange: () => void }) {
+  const names = [...new Set((scene.stages ?? []).map((stage) => stage.stage))];
+  const [from, setFrom] = useState('');
+  if (!scene.job || !isOver(scene) || !may('submit') || !names.length) return null;
+  const send = async (event: Event) => {
+    event.preventDefault();
+    try {
+      await sendJson('POST', `/jobs/${scene.job!.id}/retry`, { from_stage: from || names[0] });
+      onChange();
+    } catch (refused) {
+      announce((refused as Error).message, 'bad');
+    }
+  };
+  return (
+    <form class="row" onSubmit={send}>
+      <label class="inline">
+        Compute again from
+        <select value={from || names[0]} onChange={(event) => setFrom(event.currentTarget.value)}>
+          {names.map((name) => (
+            <option key={name} value={name}>
+              {STAGE_TITLES[name] ?? name}
+            </option>
+          ))}
+        </select>
+      </label>
+      <button type="submit">Run again</button>
+    </form>
   );
 }

@@ -12,3 +12,8 @@ export function titleOf(scene: Pick<Scene, 'id' | 'request'>): string {
 export function isOver(scene: Pick<Scene, 'job'>): boolean {
   return scene.job === null || ['succeeded', 'failed', 'cancelled'].includes(scene.job.state);
 }
+
+/** Whether the scene has files: a quarantined one has failed, and has them nevertheless. */
+export function hasFiles(scene: Pick<Scene, 'state' | 'verdict'>): boolean {
+  return scene.state === 'ready' || (scene.state === 'failed' && scene.verdict === 'quarantine');
+}

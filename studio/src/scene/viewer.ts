@@ -34,6 +34,7 @@ import {
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { getJson } from '../api/fetch';
 import { fixed } from '../format';
 import type { Pose, SceneDocument } from './documents';
 
@@ -55,6 +56,26 @@ interface Colors {
   accent: Color;
   bad: Color;
   hull: Color;
+}
+
+/** A convex hull in the frame of its body, meters. */
+interface Hull {
+  points: [number, number, number][];
+  triangles: [number, number, number][];
+}
+
+function drawnHull(hull: Hull, index: number): Group {
+  const geometry = new BufferGeometry().setAttribute('position', new Float32BufferAttribute(hull.points.flat(), 3));
+  geometry.setIndex(hull.triangles.flat());
+  // Neighbors get colors far from each other.
+  const color = new Color().setHSL((index * 0.381) % 1, 0.75, 0.55);
+  const edges = new LineSegments(new EdgesGeometry(geometry, 12), new LineBasicMaterial({ color, depthTest: false, transparent: true }));
+  edges.renderOrder = 4;
+  const fill = new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: 0.16, depthWrite: false }));
+  geometry.computeBoundingBox();
+  const group = new Group().add(edges, fill);
+  group.userData.center = geometry.boundingBox!.getCenter(new Vector3());
+  return group;
 }
 
 export class Viewer {
@@ -326,33 +347,17 @@ export class Viewer {
     this.invalidate();
   }
 
-  /** Draws collision hulls over the bodies; `urls` are files of hulls in the frame of each body. */
+  /** Draws the collision hulls of bodies; the files have their corners in the frame of each body. */
   async showHulls(urls: Map<string, string>): Promise<void> {
-    for (const [name, url] of urls) {
-      const body = this.#bodies.get(name);
-      // Those of the table would cover everything.
-      if (!body || this.#hulls.has(name) || name === this.#scene?.table.name) continue;
-      const { scene: root } = await new GLTFLoader().loadAsync(url);
+    // Those of the table would cover everything.
+    const wanted = [...urls].filter(([name]) => this.#bodies.has(name) && !this.#hulls.has(name) && name !== this.#scene?.table.name);
+    const files = await Promise.all(wanted.map(([, url]) => getJson<Hull[]>(url)));
+    wanted.forEach(([name], body) => {
       const group = new Group();
-      root.updateMatrixWorld(true);
-      const meshes: Mesh[] = [];
-      root.traverse((node) => node instanceof Mesh && meshes.push(node));
-      meshes.forEach((mesh, index) => {
-        const color = new Color().setHSL((index * 0.381) % 1, 0.75, 0.55);
-        const edges = new LineSegments(new EdgesGeometry(mesh.geometry, 12), new LineBasicMaterial({ color, depthTest: false, transparent: true }));
-        const fill = new Mesh(mesh.geometry, new MeshBasicMaterial({ color, transparent: true, opacity: 0.16, depthWrite: false }));
-        const hull = new Group().add(edges, fill);
-        hull.applyMatrix4(new Matrix4().multiplyMatrices(Z_UP, mesh.matrixWorld));
-        mesh.geometry.computeBoundingBox();
-        hull.userData.center = mesh.geometry.boundingBox!.getCenter(new Vector3()).applyMatrix4(hull.matrix);
-        hull.userData.home = hull.position.clone();
-        edges.renderOrder = 4;
-        group.add(hull);
-      });
-      // The mesh of a body may lie deeper; hulls are in the frame of the body itself.
-      body.add(group);
+      files[body]!.forEach((hull, index) => group.add(drawnHull(hull, index)));
+      this.#bodies.get(name)!.add(group);
       this.#hulls.set(name, group);
-    }
+    });
     this.#explode();
   }
 
@@ -370,7 +375,7 @@ export class Viewer {
 
   #explode(): void {
     for (const group of this.#hulls.values()) {
-      for (const hull of group.children) hull.position.copy(hull.userData.home).addScaledVector(hull.userData.center, this.#explosion * 0.8);
+      for (const hull of group.children) hull.position.copy(hull.userData.center).multiplyScalar(this.#explosion * 0.8);
     }
     this.invalidate();
   }

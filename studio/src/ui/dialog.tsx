@@ -24,7 +24,11 @@ export function Dialog({
       onCancel={(event) => {
         if (!closable) event.preventDefault();
       }}
-      onClose={onClose}
+      onClose={() => {
+        // Browsers close a dialog at the second Escape, whatever the page says.
+        if (closable) onClose();
+        else element.current?.showModal();
+      }}
     >
       <header>
         <h2>{title}</h2>

@@ -1,10 +1,11 @@
 /** Small picture of a scene. */
 import { useState } from 'preact/hooks';
 import type { Scene } from '../api/types';
+import { hasFiles } from '../scene/title';
 
-export function Thumbnail({ scene, width = 320 }: { scene: Pick<Scene, 'id' | 'state' | 'job'>; width?: 160 | 320 | 640 }) {
+export function Thumbnail({ scene, width = 320 }: { scene: Pick<Scene, 'id' | 'state' | 'verdict' | 'job'>; width?: 160 | 320 | 640 }) {
   const [missing, setMissing] = useState(false);
-  if (scene.state !== 'ready' || missing) {
+  if (!hasFiles(scene) || missing) {
     const text = scene.state === 'pending' ? (scene.job?.state === 'running' ? 'in progress' : 'waiting') : 'no picture';
     return <span class="thumbnail none">{text}</span>;
   }
