@@ -22,11 +22,22 @@ export function yieldOf(counts: Batch['request_counts']): number | undefined {
 
 /** A recipe from the form: a sentence per line, and lines such as `color: red, blue` for its slots. */
 export function recipeOf(templates: string, slots: string, firstSeed: number, seeds: number): Record<string, unknown> {
-  const lines = (text: string) => text.split('\n').map((line) => line.trim()).filter(Boolean);
+  const lines = (text: string) =>
+    text
+      .split('\n')
+      .map((line) => line.trim())
+      .filter(Boolean);
   const values = lines(slots).map((line) => {
     const at = line.indexOf(':');
     if (at < 1) throw new Error(`“${line}” is no slot: write its name, a colon and its values, such as color: red, blue.`);
-    return [line.slice(0, at).trim(), line.slice(at + 1).split(',').map((value) => value.trim()).filter(Boolean)] as const;
+    return [
+      line.slice(0, at).trim(),
+      line
+        .slice(at + 1)
+        .split(',')
+        .map((value) => value.trim())
+        .filter(Boolean),
+    ] as const;
   });
   return {
     templates: lines(templates),

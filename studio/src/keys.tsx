@@ -34,7 +34,10 @@ export function listenToKeys(): void {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
     const target = event.target as HTMLElement;
     if (target.closest('input:not([type=checkbox]):not([type=range]), textarea, select, dialog, [contenteditable]')) return;
-    const shortcut = [...shortcuts.value].reverse().concat(EVERYWHERE).find((one) => one.key === event.key);
+    const shortcut = [...shortcuts.value]
+      .reverse()
+      .concat(EVERYWHERE)
+      .find((one) => one.key === event.key);
     if (!shortcut) return;
     event.preventDefault();
     shortcut.run();

@@ -26,7 +26,8 @@ export function useLoad<T>(key: string | null, load: (signal: AbortSignal) => Pr
     latest.current(control.signal).then(
       (value) => !control.signal.aborted && setState({ key, value, loading: false }),
       (error) =>
-        !control.signal.aborted && setState((old) => ({ key, ...(old.value !== undefined && { value: old.value }), error, loading: false })),
+        !control.signal.aborted &&
+        setState((old) => ({ key, ...(old.value !== undefined && { value: old.value }), error, loading: false })),
     );
     return () => control.abort();
   }, [key, round]);

@@ -4,7 +4,13 @@ import { short } from './format';
 import type { Tone } from './ui/parts';
 import type { Part } from './ui/yield_bar';
 
-export const RECORDING_TONES: Record<Recording['state'], Tone> = { queued: 'busy', running: 'busy', finished: 'good', failed: 'bad', cancelled: 'bad' };
+export const RECORDING_TONES: Record<Recording['state'], Tone> = {
+  queued: 'busy',
+  running: 'busy',
+  finished: 'good',
+  failed: 'bad',
+  cancelled: 'bad',
+};
 
 export function titleOfRecording(recording: Pick<Recording, 'id' | 'order'>): string {
   const { title, task, tasks } = recording.order;
@@ -17,7 +23,11 @@ export function titleOfRecording(recording: Pick<Recording, 'id' | 'order'>): st
 export function partsOfRecording(recording: Pick<Recording, 'attempts'>): Part[] {
   return Object.entries(recording.attempts)
     .sort(([a], [b]) => (a === 'success' ? -1 : b === 'success' ? 1 : a.localeCompare(b)))
-    .map(([outcome, number]) => ({ name: outcome === 'success' ? 'succeeded' : outcome.replaceAll('_', ' '), number, tone: outcome === 'success' ? 'good' : 'bad' }));
+    .map(([outcome, number]) => ({
+      name: outcome === 'success' ? 'succeeded' : outcome.replaceAll('_', ' '),
+      number,
+      tone: outcome === 'success' ? 'good' : 'bad',
+    }));
 }
 
 /** Episodes whose length is far from the median: beyond four times the median deviation, and beyond a fifth. */

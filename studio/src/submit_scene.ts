@@ -52,9 +52,18 @@ export async function submit(draft: Draft, progress: (share: number) => void): P
     upload.onload = () => {
       if (upload.status < 300) return resolve(upload.response as Scene);
       const problem = upload.response ?? {};
-      reject(new Refusal(upload.status, '', problem.title ?? '', problem.detail ?? problem.title ?? `The server answered ${upload.status}.`, problem.errors ?? []));
+      reject(
+        new Refusal(
+          upload.status,
+          '',
+          problem.title ?? '',
+          problem.detail ?? problem.title ?? `The server answered ${upload.status}.`,
+          problem.errors ?? [],
+        ),
+      );
     };
-    upload.onerror = () => reject(new Refusal(0, 'unreachable', 'No answer', 'The image was not sent. Check that the server runs, then try again.', []));
+    upload.onerror = () =>
+      reject(new Refusal(0, 'unreachable', 'No answer', 'The image was not sent. Check that the server runs, then try again.', []));
     upload.send(form);
   });
 }

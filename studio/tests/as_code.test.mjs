@@ -23,7 +23,10 @@ test('a command passes the text through the shell unchanged', () => {
 test('an image is sent as a file beside its document', () => {
   const words = wordsOf(asCode(scene({ kind: 'image', media_type: 'image/jpeg' }, { max_objects: 5 }), 'curl', server));
   assert.ok(words.includes('image=@image.jpg'));
-  assert.deepEqual(JSON.parse(words.at(-1).replace('request=', '').replace(';type=application/json', '')), { seed: 7, options: { max_objects: 5 } });
+  assert.deepEqual(JSON.parse(words.at(-1).replace('request=', '').replace(';type=application/json', '')), {
+    seed: 7,
+    options: { max_objects: 5 },
+  });
 });
 
 test('an edit is asked of its parent', () => {
@@ -31,12 +34,18 @@ test('an edit is asked of its parent', () => {
   const edit = scene({ kind: 'edit', text: 'remove the mug', operations }, {}, 'PARENT');
   assert.match(asCode(edit, 'curl', server), /\/scenes\/PARENT\/edits/);
   assert.deepEqual(JSON.parse(asCode(edit, 'json', server)), { operations, seed: 7 });
-  assert.match(asCode(edit, 'python', server), /client\.scene\("PARENT"\)\.edit\(operations=\[\{"op": "remove", "object": "mug_1"\}\], seed=7\)\.wait\(\)/);
+  assert.match(
+    asCode(edit, 'python', server),
+    /client\.scene\("PARENT"\)\.edit\(operations=\[\{"op": "remove", "object": "mug_1"\}\], seed=7\)\.wait\(\)/,
+  );
 });
 
 test('a program reads as Python', () => {
   const code = asCode(scene({ kind: 'text', text: 'a "mug"' }, { set: { 'layout.gap_m': '0.02' }, max_objects: null }), 'python', server);
-  assert.match(code, /client\.generate\("a \\"mug\\"", seed=7, options=\{"set": \{"layout.gap_m": "0.02"\}, "max_objects": None\}\)\.wait\(\)/);
+  assert.match(
+    code,
+    /client\.generate\("a \\"mug\\"", seed=7, options=\{"set": \{"layout.gap_m": "0.02"\}, "max_objects": None\}\)\.wait\(\)/,
+  );
 });
 
 test('values become those of Python', () => {

@@ -12,7 +12,9 @@ async function startServer() {
   if (process.env.STUDIO_URL) return { url: process.env.STUDIO_URL, stop: async () => {} };
   const program = process.env.TABLETOPGEN ?? new URL('../../target/release/tabletopgen', import.meta.url).pathname;
   const data = mkdtempSync(join(tmpdir(), 'studio-'));
-  const server = spawn(program, ['serve', '--listen', '127.0.0.1:0', '--data-dir', data, '--json'], { stdio: ['ignore', 'pipe', 'inherit'] });
+  const server = spawn(program, ['serve', '--listen', '127.0.0.1:0', '--data-dir', data, '--json'], {
+    stdio: ['ignore', 'pipe', 'inherit'],
+  });
   const ended = new Promise((resolve) => server.on('exit', resolve));
   const url = await new Promise((resolve, reject) => {
     let text = '';
@@ -39,7 +41,17 @@ export async function start(args = []) {
   const server = await startServer();
   const browser = await chromium.launch({
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: ['--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', ...args],
+    args: [
+      '--no-sandbox',
+      '--disable-quic',
+      '--no-first-run',
+      '--disable-background-networking',
+      '--disable-component-update',
+      '--disable-sync',
+      '--use-angle=swiftshader',
+      '--enable-unsafe-swiftshader',
+      ...args,
+    ],
   });
   const open = async (path, { phone = false, dark = false, context: given } = {}) => {
     const context =
@@ -75,7 +87,9 @@ export async function start(args = []) {
 
 /** Rules of accessibility that a page breaks, with the first places of each. */
 export async function violations(page) {
-  return page.evaluate(`${axe}; axe.run().then(({ violations }) => violations.map((one) => one.id + ': ' + one.nodes.slice(0, 3).map((node) => node.target.join(' ')).join(', ')))`);
+  return page.evaluate(
+    `${axe}; axe.run().then(({ violations }) => violations.map((one) => one.id + ': ' + one.nodes.slice(0, 3).map((node) => node.target.join(' ')).join(', ')))`,
+  );
 }
 
 /** A finished scene, made from a text. */

@@ -38,7 +38,13 @@ const report = (more) => ({
   reasons: [],
   metrics: { col_o: 0, col_s: 0, ss: 1, dss_aligned: 1, dss_shipped: 1 },
   pairs: 3,
-  fidelity: { silhouette_iou: 0.9, color_difference: 10, missed: { share: 0.01 }, invented: { share: 0.02 }, appearance: { similarity: 0.9 } },
+  fidelity: {
+    silhouette_iou: 0.9,
+    color_difference: 10,
+    missed: { share: 0.01 },
+    invented: { share: 0.02 },
+    appearance: { similarity: 0.9 },
+  },
   thresholds: {
     penetration_m: 0.001,
     wall_share: 0.25,
@@ -64,11 +70,24 @@ const report = (more) => ({
   bodies: [body('table', { size_m: [1, 1, 0.7] }), body('mug_1'), body('bowl_1')],
   collisions: [],
   resolve: { rounds: 1, log: [] },
-  parity: { tolerances: { mass_relative: 1e-6, vertex_m: 1e-6 }, usd: deviation, urdf: deviation, mjcf: deviation, sdf: deviation, glb: { vertex_m: 5e-7 } },
+  parity: {
+    tolerances: { mass_relative: 1e-6, vertex_m: 1e-6 },
+    usd: deviation,
+    urdf: deviation,
+    mjcf: deviation,
+    sdf: deviation,
+    glb: { vertex_m: 5e-7 },
+  },
   ...more,
 });
 const friction = { static: 0.5, dynamic: 0.4 };
-const scene = { table: { name: 'table', friction }, instances: [{ name: 'mug_1', friction }, { name: 'bowl_1', friction: { static: 0.8, dynamic: 0.7 } }] };
+const scene = {
+  table: { name: 'table', friction },
+  instances: [
+    { name: 'mug_1', friction },
+    { name: 'bowl_1', friction: { static: 0.8, dynamic: 0.7 } },
+  ],
+};
 const find = (checks, title) => checks.find((check) => check.title.startsWith(title));
 
 test('a scene that passes passes every check', () => {
@@ -85,7 +104,10 @@ test('a collision fails its check alone, with the deepest pair over the threshol
   ];
   const failed = report({ collisions, reasons: [{ code: 'collision', bodies: ['mug_1', 'bowl_1'], sentence: 'They collide.' }] });
   const checks = checksOf(failed, scene);
-  assert.deepEqual(checks.filter((check) => check.passes === false).map((check) => check.title), ['No bodies collide']);
+  assert.deepEqual(
+    checks.filter((check) => check.passes === false).map((check) => check.title),
+    ['No bodies collide'],
+  );
   const check = find(checks, 'No bodies');
   assert.equal(check.worst, 'bowl_1');
   assert.equal(check.share, 4);
@@ -110,7 +132,10 @@ test('an image that the program drew is reported and not judged', () => {
 test('an image that the scene does not show fails by its own limit', () => {
   const base = report();
   const checks = checksOf({ ...base, fidelity: { ...base.fidelity, is_judged: true, missed: { share: 0.4 } } }, scene);
-  assert.deepEqual(checks.filter((check) => check.passes === false).map((check) => check.title), ['The scene shows what the image shows']);
+  assert.deepEqual(
+    checks.filter((check) => check.passes === false).map((check) => check.title),
+    ['The scene shows what the image shows'],
+  );
 });
 
 test('the parity is that of the format which differs most for its tolerance', () => {

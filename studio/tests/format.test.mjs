@@ -25,7 +25,10 @@ test('masses, bytes and durations change their unit at the right place', () => {
 test('numbers have no sign before zero and no zeros at the end', () => {
   assert.equal(format.fixed(-0.04, 1), '0.0');
   assert.equal(format.fixed(-1.25, 1), '−1.3');
-  assert.deepEqual([0.1, 1234.5, 1e-9].map((value) => format.significant(value)), ['0.1', '1235', '1e−9']);
+  assert.deepEqual(
+    [0.1, 1234.5, 1e-9].map((value) => format.significant(value)),
+    ['0.1', '1235', '1e−9'],
+  );
   assert.equal(format.percent(2 / 3), '66.7 %');
 });
 

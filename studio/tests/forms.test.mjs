@@ -10,7 +10,11 @@ const { documentOf, imageFault } = await load('submit_scene.ts');
 
 test('a recipe has a template per line, its slots and its seeds', () => {
   const recipe = recipeOf('a {color} mug\n\n a {color} {item} \n', 'color: red, blue\nitem: fork', 3, 10);
-  assert.deepEqual(recipe, { templates: ['a {color} mug', 'a {color} {item}'], slots: { color: ['red', 'blue'], item: ['fork'] }, seeds: { first: 3, count: 10 } });
+  assert.deepEqual(recipe, {
+    templates: ['a {color} mug', 'a {color} {item}'],
+    slots: { color: ['red', 'blue'], item: ['fork'] },
+    seeds: { first: 3, count: 10 },
+  });
   assert.equal(sizeOf(recipe), 40);
   assert.throws(() => recipeOf('a mug', 'red, blue', 0, 1), /no slot/);
 });
@@ -30,19 +34,29 @@ test('filters of the address are those of the list, and nothing else', () => {
 test('the form of options follows references and leaves out what may be null', () => {
   const root = optionsSchema({
     $defs: {
-      Options: { properties: { max_objects: { type: ['integer', 'null'] }, on_unknown: { anyOf: [{ $ref: '#/$defs/OnUnknown' }, { type: 'null' }], description: 'How.' }, table: { anyOf: [{ $ref: '#/$defs/Table' }, { type: 'null' }] } } },
+      Options: {
+        properties: {
+          max_objects: { type: ['integer', 'null'] },
+          on_unknown: { anyOf: [{ $ref: '#/$defs/OnUnknown' }, { type: 'null' }], description: 'How.' },
+          table: { anyOf: [{ $ref: '#/$defs/Table' }, { type: 'null' }] },
+        },
+      },
       OnUnknown: { type: 'string', enum: ['fail', 'drop'], description: 'Of its own.' },
       Table: { type: 'object', properties: {} },
     },
   });
   const field = (name) => resolved(root.properties[name], root);
   assert.equal(controlOf(field('max_objects')), 'integer');
-  assert.deepEqual([controlOf(field('on_unknown')), field('on_unknown').enum, field('on_unknown').description], ['choice', ['fail', 'drop'], 'How.']);
+  assert.deepEqual(
+    [controlOf(field('on_unknown')), field('on_unknown').enum, field('on_unknown').description],
+    ['choice', ['fail', 'drop'], 'How.'],
+  );
   assert.equal(controlOf(field('table')), 'none');
 });
 
 test('the first code of each section of the read-me is its example', () => {
-  const readme = '# Scene\n\n## MuJoCo\n\nText.\n\n```python\nimport mujoco\n```\n\n```python\nmore\n```\n\n## Gazebo\n\n```sh\ngz sim\n```\n\n## Words\n\nNone.\n';
+  const readme =
+    '# Scene\n\n## MuJoCo\n\nText.\n\n```python\nimport mujoco\n```\n\n```python\nmore\n```\n\n## Gazebo\n\n```sh\ngz sim\n```\n\n## Words\n\nNone.\n';
   assert.deepEqual(examples(readme), [
     { title: 'MuJoCo', language: 'python', code: 'import mujoco' },
     { title: 'Gazebo', language: 'sh', code: 'gz sim' },
@@ -51,7 +65,11 @@ test('the first code of each section of the read-me is its example', () => {
 
 test('a draft without text, seed and options is an empty document', () => {
   assert.deepEqual(documentOf({ text: '  ', options: {} }), {});
-  assert.deepEqual(documentOf({ text: 'a mug', seed: 0, options: { max_objects: 3 } }), { text: 'a mug', seed: 0, options: { max_objects: 3 } });
+  assert.deepEqual(documentOf({ text: 'a mug', seed: 0, options: { max_objects: 3 } }), {
+    text: 'a mug',
+    seed: 0,
+    options: { max_objects: 3 },
+  });
 });
 
 test('files that the server would refuse are refused before they are sent', () => {

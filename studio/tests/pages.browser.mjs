@@ -21,7 +21,13 @@ after(() => studio?.stop());
 async function drawnShare(page) {
   const png = await page.locator('.viewer .stage').screenshot();
   return page.evaluate(async (base64) => {
-    const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`).catch(() => ({ blob: () => new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))]) }))).blob());
+    const bitmap = await createImageBitmap(
+      await (
+        await fetch(`data:image/png;base64,${base64}`).catch(() => ({
+          blob: () => new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))]),
+        }))
+      ).blob(),
+    );
     const canvas = Object.assign(document.createElement('canvas'), { width: bitmap.width, height: bitmap.height });
     const context = canvas.getContext('2d');
     context.drawImage(bitmap, 0, 0);
@@ -170,7 +176,9 @@ test('the login dialog opens over the page, and the page goes on after it', asyn
     const request = route.request();
     if (request.method() === 'POST' && new URL(request.url()).pathname === '/session') {
       isIn = JSON.parse(request.postData()).key === 'tt_right';
-      return isIn ? route.fulfill({ status: 204 }) : route.fulfill({ status: 401, contentType: 'application/problem+json', body: '{"title":"Unknown key","detail":"No such key."}' });
+      return isIn
+        ? route.fulfill({ status: 204 })
+        : route.fulfill({ status: 401, contentType: 'application/problem+json', body: '{"title":"Unknown key","detail":"No such key."}' });
     }
     return isIn ? route.continue() : route.fulfill({ status: 401, contentType: 'application/problem+json', body: '{"title":"Log in"}' });
   });
@@ -217,7 +225,26 @@ test('an image can be pasted, is shown, and is sent as a file', async () => {
   await page.context().close();
 });
 
-const PAGES = () => ['/', '/gallery', `/scenes/${scene.id}?light=plain`, `/scenes/${scene.id}?tab=certificate&light=plain`, `/scenes/${scene.id}?tab=stages&light=plain`, `/scenes/${scene.id}?tab=download&light=plain`, `/scenes/${scene.id}?tab=code&light=plain`, `/scenes/${scene.id}?tab=edit&light=plain`, `/scenes/${edited.id}?tab=parent&light=plain`, '/batches', '/recordings', '/datasets', '/operate', '/operate?tab=keys', '/operate?tab=webhooks', '/operate?tab=audit', '/operate?tab=limits', '/nowhere'];
+const PAGES = () => [
+  '/',
+  '/gallery',
+  `/scenes/${scene.id}?light=plain`,
+  `/scenes/${scene.id}?tab=certificate&light=plain`,
+  `/scenes/${scene.id}?tab=stages&light=plain`,
+  `/scenes/${scene.id}?tab=download&light=plain`,
+  `/scenes/${scene.id}?tab=code&light=plain`,
+  `/scenes/${scene.id}?tab=edit&light=plain`,
+  `/scenes/${edited.id}?tab=parent&light=plain`,
+  '/batches',
+  '/recordings',
+  '/datasets',
+  '/operate',
+  '/operate?tab=keys',
+  '/operate?tab=webhooks',
+  '/operate?tab=audit',
+  '/operate?tab=limits',
+  '/nowhere',
+];
 
 for (const [name, options] of [
   ['light', {}],

@@ -6,34 +6,59 @@ const { STAGES, stageRows } = await load('scene/stages.ts');
 const { timelineOf } = await load('scene/timeline.ts');
 
 const at = (ms) => new Date(Date.parse('2026-11-29T12:00:00Z') + ms).toISOString();
-const stage = (name, start, ms, more = {}) => ({ stage: name, state: 'finished', cached: false, runs: 1, elapsed_ms: ms, started_at: at(start), ...more });
+const stage = (name, start, ms, more = {}) => ({
+  stage: name,
+  state: 'finished',
+  cached: false,
+  runs: 1,
+  elapsed_ms: ms,
+  started_at: at(start),
+  ...more,
+});
 
 test('parts of a stage are one row, and stages to come are shown while the job goes on', () => {
-  const stages = [stage('reference', 0, 300), stage('complete', 300, 5, { instance: 'mug_1' }), stage('complete', 300, 7, { instance: 'bowl_1', state: 'running', elapsed_ms: null })];
+  const stages = [
+    stage('reference', 0, 300),
+    stage('complete', 300, 5, { instance: 'mug_1' }),
+    stage('complete', 300, 7, { instance: 'bowl_1', state: 'running', elapsed_ms: null }),
+  ];
   const rows = stageRows(stages, [], false);
-  assert.deepEqual(rows.slice(0, 4).map((row) => [row.stage, row.state]), [
-    ['reference', 'finished'],
-    ['recognize', 'waiting'],
-    ['segment', 'waiting'],
-    ['complete', 'running'],
-  ]);
+  assert.deepEqual(
+    rows.slice(0, 4).map((row) => [row.stage, row.state]),
+    [
+      ['reference', 'finished'],
+      ['recognize', 'waiting'],
+      ['segment', 'waiting'],
+      ['complete', 'running'],
+    ],
+  );
   assert.deepEqual([rows[3].finished, rows[3].parts, rows[3].computed_ms], [1, 2, 5]);
   assert.ok(!rows.some((row) => row.stage === 'grasp'));
-  assert.deepEqual(stageRows(stages, [], true).map((row) => [row.stage, row.state]), [
-    ['reference', 'finished'],
-    ['complete', 'failed'],
-  ]);
+  assert.deepEqual(
+    stageRows(stages, [], true).map((row) => [row.stage, row.state]),
+    [
+      ['reference', 'finished'],
+      ['complete', 'failed'],
+    ],
+  );
 });
 
 test('a stage shows its telling picture', () => {
   const picture = (name) => ({ name, stage: 'segment', media_type: 'image/png', url: `/${name}` });
-  const [row] = stageRows([stage('segment', 0, 1)], [picture('segment/a.png'), picture('segment/masks.png'), picture('segment/z.png')], true);
+  const [row] = stageRows(
+    [stage('segment', 0, 1)],
+    [picture('segment/a.png'), picture('segment/masks.png'), picture('segment/z.png')],
+    true,
+  );
   assert.equal(row.picture.name, 'segment/masks.png');
 });
 
 test('rows of the timeline are in the order of the pipeline', () => {
   const { rows } = timelineOf([stage('bundle', 900, 100), stage('reference', 0, 300), stage('segment', 300, 10)]);
-  assert.deepEqual(rows.map((row) => row.stage), ['reference', 'segment', 'bundle']);
+  assert.deepEqual(
+    rows.map((row) => row.stage),
+    ['reference', 'segment', 'bundle'],
+  );
   assert.ok(STAGES.indexOf('reference') < STAGES.indexOf('bundle'));
 });
 

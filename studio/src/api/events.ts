@@ -83,7 +83,9 @@ async function stream(ended: AbortSignal): Promise<void> {
 
 /** The names of events of jobs and of recordings; an EventSource tells only of names that it is asked for. */
 const KINDS = [
-  ...['queued', 'started', 'retrying', 'orphaned', 'released', 'cancelling', 'cancelled', 'failed', 'succeeded'].map((what) => `job_${what}`),
+  ...['queued', 'started', 'retrying', 'orphaned', 'released', 'cancelling', 'cancelled', 'failed', 'succeeded'].map(
+    (what) => `job_${what}`,
+  ),
   ...['stage_started', 'stage_progress', 'stage_finished'],
   ...['queued', 'running', 'attempt', 'attempt_lost', 'restarted', 'assembling', 'finished', 'failed', 'cancelled'],
 ];

@@ -42,7 +42,10 @@ async function refusal(response: Response): Promise<Refusal> {
   try {
     const problem = JSON.parse(text);
     const title = String(problem.title ?? response.statusText);
-    const code = String(problem.type ?? '').split(/[/:#]/).pop() ?? '';
+    const code =
+      String(problem.type ?? '')
+        .split(/[/:#]/)
+        .pop() ?? '';
     return new Refusal(response.status, code, title, String(problem.detail ?? title), problem.errors ?? []);
   } catch {
     const detail = `The server answered ${response.status} ${response.statusText} without a reason.`;

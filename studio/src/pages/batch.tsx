@@ -34,7 +34,8 @@ async function linesOf(path: string, signal: AbortSignal): Promise<Result[]> {
 export default function BatchPage({ id }: { id: string }) {
   const path = `/batches/${id}`;
   const batch = useLoad(path, (signal) => getJson<Batch>(path, signal));
-  const ended = (batch.value?.request_counts.total ?? 0) - (batch.value?.request_counts.pending ?? 0) - (batch.value?.request_counts.running ?? 0);
+  const ended =
+    (batch.value?.request_counts.total ?? 0) - (batch.value?.request_counts.pending ?? 0) - (batch.value?.request_counts.running ?? 0);
   const output = useLoad(batch.value ? `${path}/output ${ended}` : null, (signal) => linesOf(`${path}/output`, signal));
   const errors = useLoad(batch.value ? `${path}/errors ${ended}` : null, (signal) => linesOf(`${path}/errors`, signal));
   useEvents((event) => event.kind.startsWith('job_'), batch.reload, [], 1500);
@@ -91,7 +92,9 @@ export default function BatchPage({ id }: { id: string }) {
             <td>{result.custom_id ?? '–'}</td>
             <td>{result.scene_id ? <a href={href(`/scenes/${result.scene_id}`)}>{short(result.scene_id)}</a> : '–'}</td>
             <td>
-              <Badge tone={result.verdict === 'pass' ? 'good' : result.verdict === 'quarantine' ? 'warn' : 'bad'}>{result.verdict ?? words(result.state)}</Badge>
+              <Badge tone={result.verdict === 'pass' ? 'good' : result.verdict === 'quarantine' ? 'warn' : 'bad'}>
+                {result.verdict ?? words(result.state)}
+              </Badge>
               {result.error && <span class="hint"> {result.error.message}</span>}
             </td>
             <td class="number">{significant(result.stages_s)} s</td>

@@ -30,7 +30,9 @@ export default function Batches() {
                 <a href={href(`/batches/${batch.id}`)} class="strong">
                   {batch.name ?? `Batch ${batch.id.slice(0, 8)}`}
                 </a>
-                <Badge tone={batch.state === 'finished' ? 'good' : batch.state === 'cancelled' ? 'bad' : 'busy'}>{words(batch.state)}</Badge>
+                <Badge tone={batch.state === 'finished' ? 'good' : batch.state === 'cancelled' ? 'bad' : 'busy'}>
+                  {words(batch.state)}
+                </Badge>
                 <span class="hint">{count(batch.request_counts.total, 'request')}</span>
                 <span class="spring" />
                 {share !== undefined && <span class="number">{percent(share)} passed</span>}
@@ -82,21 +84,45 @@ function Recipe() {
       <form onSubmit={send} class="stack">
         <label>
           Sentences, one a line; words in braces are slots
-          <textarea rows={3} required value={templates} placeholder="A desk with a {color} mug and two {item}" onInput={(event) => setTemplates(event.currentTarget.value)} />
+          <textarea
+            rows={3}
+            required
+            value={templates}
+            placeholder="A desk with a {color} mug and two {item}"
+            onInput={(event) => setTemplates(event.currentTarget.value)}
+          />
         </label>
         <label>
           Values of the slots
-          <textarea rows={2} value={slots} placeholder={'color: red, blue\nitem: spoons, forks'} onInput={(event) => setSlots(event.currentTarget.value)} aria-invalid={fault !== ''} />
+          <textarea
+            rows={2}
+            value={slots}
+            placeholder={'color: red, blue\nitem: spoons, forks'}
+            onInput={(event) => setSlots(event.currentTarget.value)}
+            aria-invalid={fault !== ''}
+          />
         </label>
         {fault && <p class="field-error">{fault}</p>}
         <div class="row">
           <label class="inline">
             First seed
-            <input type="number" class="small" min={0} value={first} onInput={(event) => setFirst(event.currentTarget.valueAsNumber || 0)} />
+            <input
+              type="number"
+              class="small"
+              min={0}
+              value={first}
+              onInput={(event) => setFirst(event.currentTarget.valueAsNumber || 0)}
+            />
           </label>
           <label class="inline">
             Seeds of each
-            <input type="number" class="small" min={1} value={seeds} onInput={(event) => setSeeds(event.currentTarget.valueAsNumber || 1)} />
+            <input
+              type="number"
+              class="small"
+              min={1}
+              value={seeds}
+              onInput={(event) => setSeeds(event.currentTarget.valueAsNumber || 1)}
+            />
           </label>
           <label class="inline">
             Name

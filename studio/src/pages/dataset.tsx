@@ -40,7 +40,9 @@ export default function DatasetPage({ id }: { id: string }) {
   const dataset = useLoad(path, (signal) => getJson<Dataset>(path, signal));
   useEvents((event) => event.dataset_id === id || event.job_id === dataset.value?.job_id, dataset.reload, [id, dataset.value?.job_id]);
   const finished = dataset.value?.state === 'finished';
-  const statistics = useLoad(finished ? `${path} statistics` : null, (signal) => getJson<Statistics>(dataset.value!.links.statistics, signal));
+  const statistics = useLoad(finished ? `${path} statistics` : null, (signal) =>
+    getJson<Statistics>(dataset.value!.links.statistics, signal),
+  );
   const files = useLoad(finished ? `${path} files` : null, (signal) => getJson<DatasetFiles>(dataset.value!.links.files, signal));
   if (!dataset.value) return dataset.error ? <Failed error={dataset.error} again={dataset.reload} /> : <Waiting what="the dataset" />;
   const { value } = dataset;
@@ -77,7 +79,11 @@ export default function DatasetPage({ id }: { id: string }) {
               Statistics page
             </a>
             {may('submit') && (
-              <button type="button" onClick={() => void verify()} disabled={verification?.state === 'queued' || verification?.state === 'running'}>
+              <button
+                type="button"
+                onClick={() => void verify()}
+                disabled={verification?.state === 'queued' || verification?.state === 'running'}
+              >
                 Verify
               </button>
             )}
@@ -145,7 +151,10 @@ function StatisticsCards({ statistics }: { statistics: Statistics }) {
       </dl>
       <div class="tiles">
         <Bars title="Splits" items={statistics.splits.map((split) => ({ name: split.name, value: split.scenes }))} />
-        <Bars title="Categories" items={statistics.categories.map((one) => ({ name: one.category.replaceAll('_', ' '), value: one.objects }))} />
+        <Bars
+          title="Categories"
+          items={statistics.categories.map((one) => ({ name: one.category.replaceAll('_', ' '), value: one.objects }))}
+        />
         <Bars title="Tables" items={items(statistics.table_shapes)} />
         <Bars title="Licenses" items={items(statistics.licences)} />
         <Histogram title="Objects of a scene" distribution={statistics.objects_per_scene} />

@@ -26,7 +26,9 @@ export default function Datasets() {
       <Freeze />
       {list.error && <Failed error={list.error} again={list.reload} />}
       {!list.ready && list.loading && <Waiting what="datasets" />}
-      {list.ready && list.items.length === 0 && <Empty>There are no datasets yet. A dataset is a version of a set of scenes that does not change.</Empty>}
+      {list.ready && list.items.length === 0 && (
+        <Empty>There are no datasets yet. A dataset is a version of a set of scenes that does not change.</Empty>
+      )}
       <ul class="rows">
         {list.items.map((dataset) => (
           <li key={dataset.id} class="card row">
@@ -79,11 +81,24 @@ function Freeze() {
         <div class="fields">
           <label>
             Name
-            <input required pattern="[a-z0-9_\-]+" maxLength={64} value={name} placeholder="kitchen" onInput={(event) => setName(event.currentTarget.value)} />
+            <input
+              required
+              pattern="[a-z0-9_\-]+"
+              maxLength={64}
+              value={name}
+              placeholder="kitchen"
+              onInput={(event) => setName(event.currentTarget.value)}
+            />
           </label>
           <label>
             Scenes with
-            <select value={source} onChange={(event) => { setSource(event.currentTarget.value as 'label'); setValue(event.currentTarget.value === 'label' ? 'review:accept' : ''); }}>
+            <select
+              value={source}
+              onChange={(event) => {
+                setSource(event.currentTarget.value as 'label');
+                setValue(event.currentTarget.value === 'label' ? 'review:accept' : '');
+              }}
+            >
               <option value="label">the label</option>
               <option value="batch">the batch</option>
             </select>

@@ -18,7 +18,9 @@ export default function ExecutionPage({ id }: { id: string }) {
   const job = useLoad(`/jobs/${id}`, (signal) => getJson<Job>(`/jobs/${id}`, signal));
   useEvents((event) => event.job_id === id, job.reload, [id]);
   const over = job.value && ['succeeded', 'failed', 'cancelled'].includes(job.value.state);
-  const result = useLoad(job.value?.state === 'succeeded' ? `/executions/${id}` : null, (signal) => getJson<ExecutedTask>(`/executions/${id}`, signal));
+  const result = useLoad(job.value?.state === 'succeeded' ? `/executions/${id}` : null, (signal) =>
+    getJson<ExecutedTask>(`/executions/${id}`, signal),
+  );
   if (!job.value) return job.error ? <Failed error={job.error} again={job.reload} /> : <Waiting what="the execution" />;
   const cancel = async () => {
     try {
@@ -33,7 +35,9 @@ export default function ExecutionPage({ id }: { id: string }) {
       <h1>{result.value ? result.value.task.instruction : 'Execution'}</h1>
       <div class="row">
         {result.value ? (
-          <Badge tone={result.value.execution.succeeded ? 'good' : 'bad'}>{result.value.execution.succeeded ? 'Succeeded' : words(result.value.execution.failure ?? 'failed')}</Badge>
+          <Badge tone={result.value.execution.succeeded ? 'good' : 'bad'}>
+            {result.value.execution.succeeded ? 'Succeeded' : words(result.value.execution.failure ?? 'failed')}
+          </Badge>
         ) : (
           <Badge tone={over ? 'bad' : 'busy'}>{words(job.value.state)}</Badge>
         )}
@@ -59,7 +63,11 @@ function Result({ result, sceneId }: { result: ExecutedTask; sceneId: string }) 
   const clock = useClock(duration_s, 1 / trajectory.rate_hz);
   const frame = trajectory.frames[Math.min(trajectory.frames.length - 1, Math.floor(clock.time_s * trajectory.rate_hz))];
   const joints = useMemo(
-    () => trajectory.joints.map((name, joint) => ({ name: name.replace(/^panda_/, ''), values: trajectory.frames.map((one) => one.joint_positions[joint]!) })),
+    () =>
+      trajectory.joints.map((name, joint) => ({
+        name: name.replace(/^panda_/, ''),
+        values: trajectory.frames.map((one) => one.joint_positions[joint]!),
+      })),
     [trajectory],
   );
   const gripper = useMemo(
@@ -110,7 +118,8 @@ function Result({ result, sceneId }: { result: ExecutedTask; sceneId: string }) 
         </Table>
         {execution.picks.map((pick) => (
           <p key={pick.object} class="hint">
-            {pick.object} was held by {length(pick.grasp.opening_m)} with {fixed(pick.grasp.force_n, 1)} N a pad, and slipped by {length(pick.slip_m)}.
+            {pick.object} was held by {length(pick.grasp.opening_m)} with {fixed(pick.grasp.force_n, 1)} N a pad, and slipped by{' '}
+            {length(pick.slip_m)}.
           </p>
         ))}
         {execution.disturbed.map((one) => (
@@ -120,7 +129,12 @@ function Result({ result, sceneId }: { result: ExecutedTask; sceneId: string }) 
         ))}
         <p class="hint">
           Largest share of the robot's limits that the motion uses:{' '}
-          {percent(Math.max(0, ...execution.limit_shares.motion.map((share) => Math.max(share.position, share.velocity, share.acceleration, share.jerk))))}
+          {percent(
+            Math.max(
+              0,
+              ...execution.limit_shares.motion.map((share) => Math.max(share.position, share.velocity, share.acceleration, share.jerk)),
+            ),
+          )}
         </p>
       </section>
     </>
@@ -139,7 +153,15 @@ function phasesOf(phases: string[]): { name: string; share: number }[] {
 }
 
 /** The objects where they were at a time; the robot itself is not drawn. */
-function Replay({ sceneId, names, poses }: { sceneId: string; names: string[]; poses: ExecutedTask['trajectory']['frames'][number]['object_poses'] }) {
+function Replay({
+  sceneId,
+  names,
+  poses,
+}: {
+  sceneId: string;
+  names: string[];
+  poses: ExecutedTask['trajectory']['frames'][number]['object_poses'];
+}) {
   const host = useRef<HTMLDivElement>(null);
   const viewer = useRef<Viewer>(undefined);
   const [ready, setReady] = useState(false);
@@ -171,7 +193,9 @@ function Replay({ sceneId, names, poses }: { sceneId: string; names: string[]; p
   useEffect(() => {
     if (!ready) return;
     const numbers = new Float32Array(poses.length * 7);
-    poses.forEach(({ translation_m: [x, y, z], rotation_xyzw: [qx, qy, qz, qw] }, index) => numbers.set([x!, y!, z!, qw!, qx!, qy!, qz!], index * 7));
+    poses.forEach(({ translation_m: [x, y, z], rotation_xyzw: [qx, qy, qz, qw] }, index) =>
+      numbers.set([x!, y!, z!, qw!, qx!, qy!, qz!], index * 7),
+    );
     viewer.current?.setPoses(names, numbers);
   }, [poses, ready]);
   if (documents.error) return <Failed error={documents.error} />;

@@ -62,7 +62,13 @@ export default function Gallery() {
           {!list.error && list.loading && list.scenes.length === 0 && <Waiting what="scenes" />}
           {!list.error && !list.loading && list.scenes.length === 0 && (
             <Empty>
-              {Object.keys(search).length ? 'No scene fits these filters.' : <>There are no scenes yet. <a href={href('/')}>Make the first one.</a></>}
+              {Object.keys(search).length ? (
+                'No scene fits these filters.'
+              ) : (
+                <>
+                  There are no scenes yet. <a href={href('/')}>Make the first one.</a>
+                </>
+              )}
             </Empty>
           )}
           <ul class="cards" aria-label="Scenes">
@@ -97,7 +103,9 @@ function useScenes(search: Record<string, string>): SceneList {
   useEffect(() => setChanged(new Map()), [first.value]);
   const later = rest?.key === key ? rest : undefined;
   const known = new Set(first.value?.scenes.map((scene) => scene.id));
-  const scenes = [...(first.value?.scenes ?? []), ...(later?.scenes.filter((scene) => !known.has(scene.id)) ?? [])].map((scene) => changed.get(scene.id) ?? scene);
+  const scenes = [...(first.value?.scenes ?? []), ...(later?.scenes.filter((scene) => !known.has(scene.id)) ?? [])].map(
+    (scene) => changed.get(scene.id) ?? scene,
+  );
   const next = later ? later.next : (first.value?.next_page_token ?? null);
   return {
     scenes,
@@ -131,7 +139,10 @@ function useReview(list: SceneList) {
   const set = (labels: Record<string, string | null>) => {
     const scene = latest.current.scenes[at];
     if (!scene || !may('submit')) return;
-    const merged = Object.fromEntries(Object.entries({ ...scene.labels, ...labels }).filter(([, value]) => value !== null)) as Record<string, string>;
+    const merged = Object.fromEntries(Object.entries({ ...scene.labels, ...labels }).filter(([, value]) => value !== null)) as Record<
+      string,
+      string
+    >;
     list.replace({ ...scene, labels: merged });
     review.label(scene.id, labels).then(list.replace, (error: Error) => {
       list.replace(scene);
@@ -193,7 +204,13 @@ function Side({ filter, facets }: { filter: Filter; facets: Facets | undefined }
       >
         <label>
           <span class="unseen">Words of the request</span>
-          <input type="search" placeholder="Words of the request" value={text} onInput={(event) => setText(event.currentTarget.value)} onBlur={() => text !== (filter.q ?? '') && setQuery({ q: text.trim() })} />
+          <input
+            type="search"
+            placeholder="Words of the request"
+            value={text}
+            onInput={(event) => setText(event.currentTarget.value)}
+            onBlur={() => text !== (filter.q ?? '') && setQuery({ q: text.trim() })}
+          />
         </label>
       </form>
       <details open={open} onToggle={(event) => setOpen(event.currentTarget.open)}>
@@ -216,13 +233,22 @@ function Side({ filter, facets }: { filter: Filter; facets: Facets | undefined }
           </div>
           <label class="row objects">
             Order
-            <select value={filter.sort ?? 'newest'} onChange={(event) => setQuery({ sort: event.currentTarget.value === 'newest' ? '' : event.currentTarget.value })}>
+            <select
+              value={filter.sort ?? 'newest'}
+              onChange={(event) => setQuery({ sort: event.currentTarget.value === 'newest' ? '' : event.currentTarget.value })}
+            >
               <option value="newest">newest first</option>
               <option value="oldest">oldest first</option>
             </select>
           </label>
           {FILTERS.filter((one) => one.facet).map(({ name, title }) => (
-            <Facet key={name} name={name} title={title} chosen={filter[name]} counts={facets?.[name as keyof Facets] as Record<string, number> | undefined} />
+            <Facet
+              key={name}
+              name={name}
+              title={title}
+              chosen={filter[name]}
+              counts={facets?.[name as keyof Facets] as Record<string, number> | undefined}
+            />
           ))}
         </div>
       </details>
@@ -232,7 +258,17 @@ function Side({ filter, facets }: { filter: Filter; facets: Facets | undefined }
 
 const SHOWN = 8;
 
-function Facet({ name, title, chosen, counts }: { name: string; title: string; chosen: string | undefined; counts: Record<string, number> | undefined }) {
+function Facet({
+  name,
+  title,
+  chosen,
+  counts,
+}: {
+  name: string;
+  title: string;
+  chosen: string | undefined;
+  counts: Record<string, number> | undefined;
+}) {
   const [all, setAll] = useState(false);
   const entries = Object.entries(counts ?? {})
     .filter(([, number]) => number > 0)
@@ -246,7 +282,11 @@ function Facet({ name, title, chosen, counts }: { name: string; title: string; c
           const isChosen = chosen === label.toFilter(name, value);
           return (
             <li key={value}>
-              <button type="button" aria-pressed={isChosen} onClick={() => setQuery({ [name]: isChosen ? '' : label.toFilter(name, value) })}>
+              <button
+                type="button"
+                aria-pressed={isChosen}
+                onClick={() => setQuery({ [name]: isChosen ? '' : label.toFilter(name, value) })}
+              >
                 <span>{value.replaceAll('_', ' ')}</span>
                 <span class="number">{number}</span>
               </button>
@@ -270,7 +310,13 @@ function Chosen({ filter }: { filter: Filter }) {
   return (
     <p class="chips chosen">
       {set.map(({ name, title }) => (
-        <button type="button" class="chip" key={name} onClick={() => setQuery({ [name]: '' })} aria-label={`Remove the filter ${title} ${filter[name]}`}>
+        <button
+          type="button"
+          class="chip"
+          key={name}
+          onClick={() => setQuery({ [name]: '' })}
+          aria-label={`Remove the filter ${title} ${filter[name]}`}
+        >
           {title}: {filter[name]} <span aria-hidden="true">✕</span>
         </button>
       ))}

@@ -49,7 +49,14 @@ async function attempt(what: () => Promise<unknown>, then: () => void): Promise<
   }
 }
 
-export const JOB_TONES: Record<Job['state'], Tone> = { queued: 'busy', running: 'busy', cancelling: 'warn', succeeded: 'good', failed: 'bad', cancelled: 'bad' };
+export const JOB_TONES: Record<Job['state'], Tone> = {
+  queued: 'busy',
+  running: 'busy',
+  cancelling: 'warn',
+  succeeded: 'good',
+  failed: 'bad',
+  cancelled: 'bad',
+};
 
 function QueuePanel() {
   const queue = useLoad('/queue', (signal) => getJson<Queue>('/queue', signal));
@@ -87,7 +94,10 @@ function QueuePanel() {
           {queue.value.kinds.length === 0 && <p class="hint">Nothing waits and nothing runs.</p>}
           {queue.value.workers.map((worker) => (
             <p key={worker.id}>
-              <code>{worker.id}</code> <span class="hint">has {count(worker.jobs.length, 'job')} since {ago(worker.since)}</span>
+              <code>{worker.id}</code>{' '}
+              <span class="hint">
+                has {count(worker.jobs.length, 'job')} since {ago(worker.since)}
+              </span>
             </p>
           ))}
         </>
@@ -157,7 +167,9 @@ function Keys() {
       setError(refused as Error);
     }
   };
-  const revoke = (key: Key) => confirm(`Revoke the key “${key.name}”? Programs that use it stop working at once.`) && void attempt(() => sendJson('DELETE', `/keys/${key.id}`), keys.reload);
+  const revoke = (key: Key) =>
+    confirm(`Revoke the key “${key.name}”? Programs that use it stop working at once.`) &&
+    void attempt(() => sendJson('DELETE', `/keys/${key.id}`), keys.reload);
   if (keys.error) return <Failed error={keys.error} again={keys.reload} />;
   return (
     <div class="stack">
@@ -165,11 +177,24 @@ function Keys() {
         <div class="row">
           <label class="inline">
             Name
-            <input required maxLength={100} value={name} placeholder="training machine" onInput={(event) => setName(event.currentTarget.value)} />
+            <input
+              required
+              maxLength={100}
+              value={name}
+              placeholder="training machine"
+              onInput={(event) => setName(event.currentTarget.value)}
+            />
           </label>
           <label class="inline">
             Days
-            <input type="number" class="small" min={1} value={days} placeholder="for ever" onInput={(event) => setDays(event.currentTarget.value)} />
+            <input
+              type="number"
+              class="small"
+              min={1}
+              value={days}
+              placeholder="for ever"
+              onInput={(event) => setDays(event.currentTarget.value)}
+            />
           </label>
         </div>
         <fieldset>
@@ -177,7 +202,13 @@ function Keys() {
           <div class="row">
             {SCOPES.map(({ scope, what }) => (
               <label class="check" key={scope} title={scope}>
-                <input type="checkbox" checked={scopes.includes(scope)} onChange={(event) => setScopes((old) => (event.currentTarget.checked ? [...old, scope] : old.filter((one) => one !== scope)))} />
+                <input
+                  type="checkbox"
+                  checked={scopes.includes(scope)}
+                  onChange={(event) =>
+                    setScopes((old) => (event.currentTarget.checked ? [...old, scope] : old.filter((one) => one !== scope)))
+                  }
+                />
                 {what}
               </label>
             ))}
@@ -220,7 +251,16 @@ function Keys() {
   );
 }
 
-const HOOK_EVENTS: Webhook['events'] = ['scene.succeeded', 'scene.quarantined', 'scene.failed', 'scene.cancelled', 'job.failed', 'batch.ended', 'recording.ended', 'dataset.ended'];
+const HOOK_EVENTS: Webhook['events'] = [
+  'scene.succeeded',
+  'scene.quarantined',
+  'scene.failed',
+  'scene.cancelled',
+  'job.failed',
+  'batch.ended',
+  'recording.ended',
+  'dataset.ended',
+];
 
 function Webhooks() {
   const hooks = useLoad('/webhooks', (signal) => getJson<WebhookList>('/webhooks', signal));
@@ -245,14 +285,27 @@ function Webhooks() {
       <form class="card stack" onSubmit={make}>
         <label>
           Address that is called
-          <input type="url" required pattern="https://.*" value={url} placeholder="https://example.org/tabletopgen" onInput={(event) => setUrl(event.currentTarget.value)} />
+          <input
+            type="url"
+            required
+            pattern="https://.*"
+            value={url}
+            placeholder="https://example.org/tabletopgen"
+            onInput={(event) => setUrl(event.currentTarget.value)}
+          />
         </label>
         <fieldset>
           <legend>Events; none means all</legend>
           <div class="row">
             {HOOK_EVENTS.map((name) => (
               <label class="check" key={name}>
-                <input type="checkbox" checked={events.includes(name)} onChange={(event) => setEvents((old) => (event.currentTarget.checked ? [...old, name] : old.filter((one) => one !== name)))} />
+                <input
+                  type="checkbox"
+                  checked={events.includes(name)}
+                  onChange={(event) =>
+                    setEvents((old) => (event.currentTarget.checked ? [...old, name] : old.filter((one) => one !== name)))
+                  }
+                />
                 {name}
               </label>
             ))}
@@ -272,7 +325,9 @@ function Webhooks() {
       </form>
       {!hooks.value && hooks.loading && <Waiting what="webhooks" />}
       {hooks.value?.webhooks.length === 0 && <Empty>No webhooks.</Empty>}
-      {hooks.value?.webhooks.map((hook) => <Hook key={hook.id} hook={hook} reload={hooks.reload} />)}
+      {hooks.value?.webhooks.map((hook) => (
+        <Hook key={hook.id} hook={hook} reload={hooks.reload} />
+      ))}
     </div>
   );
 }
@@ -289,13 +344,30 @@ function Hook({ hook, reload }: { hook: Webhook; reload: () => void }) {
         <Badge tone={hook.state === 'enabled' ? 'good' : 'bad'}>{hook.state}</Badge>
         <span class="hint">{hook.events.join(', ') || 'all events'}</span>
         <span class="spring" />
-        <button type="button" onClick={() => void attempt(() => sendJson('POST', `${path}/test`), () => setOpen(true))}>
+        <button
+          type="button"
+          onClick={() =>
+            void attempt(
+              () => sendJson('POST', `${path}/test`),
+              () => setOpen(true),
+            )
+          }
+        >
           Test
         </button>
-        <button type="button" onClick={() => void attempt(() => sendJson('PATCH', path, { state: toggled }, { 'content-type': 'application/merge-patch+json' }), reload)}>
+        <button
+          type="button"
+          onClick={() =>
+            void attempt(() => sendJson('PATCH', path, { state: toggled }, { 'content-type': 'application/merge-patch+json' }), reload)
+          }
+        >
           {hook.state === 'enabled' ? 'Disable' : 'Enable'}
         </button>
-        <button type="button" class="danger" onClick={() => confirm('Delete this webhook?') && void attempt(() => sendJson('DELETE', path), reload)}>
+        <button
+          type="button"
+          class="danger"
+          onClick={() => confirm('Delete this webhook?') && void attempt(() => sendJson('DELETE', path), reload)}
+        >
           Delete
         </button>
       </div>
@@ -313,7 +385,10 @@ function Hook({ hook, reload }: { hook: Webhook; reload: () => void }) {
                 <td class="hint">{delivery.last_attempt?.error ?? delivery.last_attempt?.status ?? ''}</td>
                 <td class="hint">{ago(delivery.created_at)}</td>
                 <td>
-                  <button type="button" onClick={() => void attempt(() => sendJson('POST', `${path}/deliveries/${delivery.id}/replay`), deliveries.reload)}>
+                  <button
+                    type="button"
+                    onClick={() => void attempt(() => sendJson('POST', `${path}/deliveries/${delivery.id}/replay`), deliveries.reload)}
+                  >
                     Send again
                   </button>
                 </td>

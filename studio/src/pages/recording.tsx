@@ -37,7 +37,8 @@ export default function RecordingPage({ id }: { id: string }) {
   useEvents((event) => event.recording_id === id, recording.reload, [id], 500);
   const finished = recording.value?.state === 'finished';
   const files = useLoad(finished ? `${path} files` : null, (signal) => filesOf(id, signal));
-  if (!recording.value) return recording.error ? <Failed error={recording.error} again={recording.reload} /> : <Waiting what="the recording" />;
+  if (!recording.value)
+    return recording.error ? <Failed error={recording.error} again={recording.reload} /> : <Waiting what="the recording" />;
   const { value } = recording;
   const { progress } = value;
   const over = ['finished', 'failed', 'cancelled'].includes(value.state);
@@ -55,7 +56,10 @@ export default function RecordingPage({ id }: { id: string }) {
       <div class="row">
         <Badge tone={RECORDING_TONES[value.state]}>{words(value.state)}</Badge>
         <span class="hint">
-          {value.order.robot ?? 'panda'}; {value.dataset ? `${count(value.dataset.episodes, 'episode')}, ${count(value.dataset.frames, 'frame')}` : `${progress.successes} of ${count(progress.wanted, 'episode')}`}
+          {value.order.robot ?? 'panda'};{' '}
+          {value.dataset
+            ? `${count(value.dataset.episodes, 'episode')}, ${count(value.dataset.frames, 'frame')}`
+            : `${progress.successes} of ${count(progress.wanted, 'episode')}`}
           {progress.success_rate !== null && `; ${percent(progress.success_rate)} of the attempts succeeded`}
           {progress.seconds_left !== null && `; about ${duration(progress.seconds_left * 1000)} left`}
         </span>
@@ -67,7 +71,13 @@ export default function RecordingPage({ id }: { id: string }) {
           </button>
         )}
         {value.dataset?.formats.map((format) => (
-          <a class="button" key={format.format} href={format.archive} download title={`${count(format.files, 'file')}, SHA-256 ${format.sha256 ?? ''}`}>
+          <a
+            class="button"
+            key={format.format}
+            href={format.archive}
+            download
+            title={`${count(format.files, 'file')}, SHA-256 ${format.sha256 ?? ''}`}
+          >
             {format.format}, {bytes(format.size)}
           </a>
         ))}
@@ -84,7 +94,9 @@ export default function RecordingPage({ id }: { id: string }) {
 function Episodes({ files }: { files: DatasetFile[] }) {
   const formats = formatsOf(files);
   const format = formats.find((one) => one.info && one.tables.length && one.episodes[0]?.video) ?? formats[0];
-  const tables = useLoad(format?.info && format.tables.length ? format.tables.map((table) => table.sha256).join() : null, (signal) => readTables(format!, signal));
+  const tables = useLoad(format?.info && format.tables.length ? format.tables.map((table) => table.sha256).join() : null, (signal) =>
+    readTables(format!, signal),
+  );
   const chosen = Number(address.value.query.get('episode') ?? 0);
   const current = format?.episodes[chosen];
   const choose = (index: number) => setQuery({ episode: index ? String(index) : '', t: '' });
@@ -117,10 +129,17 @@ function Episodes({ files }: { files: DatasetFile[] }) {
                     {series && tables.value && <span class="hint number">{fixed(series.frames / tables.value.fps, 1)} s</span>}
                     {far.has(index) && <Badge tone="warn">unusual length</Badge>}
                     {still > 0.5 && <Badge tone="warn">still {percent(still)}</Badge>}
-                    {series && tables.value && <span class="hint number">jerk {significant(jerk(ofUnit(series.state, '_rad'), tables.value.fps), 2)} rad/s³</span>}
+                    {series && tables.value && (
+                      <span class="hint number">jerk {significant(jerk(ofUnit(series.state, '_rad'), tables.value.fps), 2)} rad/s³</span>
+                    )}
                   </span>
                   {episode.strips.slice(0, 1).map((strip) => (
-                    <img key={strip.camera} src={strip.file.url} alt={`Frames of episode ${episode.index}, camera ${strip.camera}`} loading="lazy" />
+                    <img
+                      key={strip.camera}
+                      src={strip.file.url}
+                      alt={`Frames of episode ${episode.index}, camera ${strip.camera}`}
+                      loading="lazy"
+                    />
                   ))}
                 </button>
               </li>
@@ -159,7 +178,12 @@ function Player({ episode, tables }: { episode: EpisodeFiles; tables: Tables | u
     <section class="card stack player" aria-label={`Episode ${episode.index}`}>
       {episode.video ? (
         <figure>
-          <ClockedVideo file={episode.video} time_s={clock.time_s} playing={clock.playing} label={`Episode ${episode.index}, cameras ${cameras.join(', ')}`} />
+          <ClockedVideo
+            file={episode.video}
+            time_s={clock.time_s}
+            playing={clock.playing}
+            label={`Episode ${episode.index}, cameras ${cameras.join(', ')}`}
+          />
           <figcaption class="hint">{cameras.join(' · ')}</figcaption>
         </figure>
       ) : (
@@ -176,7 +200,15 @@ function Player({ episode, tables }: { episode: EpisodeFiles; tables: Tables | u
           )
             .filter(([, , list]) => list.length > 0)
             .map(([title, unit, list]) => (
-              <Plot key={title} title={title} unit={unit} series={list.map((one) => ({ ...one, name: one.name.replace(/_rad$/, '') })).slice(0, 8)} duration_s={duration_s} time_s={clock.time_s} onSeek={clock.seek} />
+              <Plot
+                key={title}
+                title={title}
+                unit={unit}
+                series={list.map((one) => ({ ...one, name: one.name.replace(/_rad$/, '') })).slice(0, 8)}
+                duration_s={duration_s}
+                time_s={clock.time_s}
+                onSeek={clock.seek}
+              />
             ))}
         </div>
       ) : (

@@ -19,7 +19,8 @@ export default function Recordings() {
       {!list.ready && list.loading && <Waiting what="recordings" />}
       {list.ready && list.items.length === 0 && (
         <Empty>
-          There are no recordings yet. Open a scene of the <a href={href('/gallery?verdict=pass')}>gallery</a>, and record a task on its page “Robot”.
+          There are no recordings yet. Open a scene of the <a href={href('/gallery?verdict=pass')}>gallery</a>, and record a task on its
+          page “Robot”.
         </Empty>
       )}
       <ul class="rows">
@@ -31,7 +32,11 @@ export default function Recordings() {
               </a>
               <Badge tone={RECORDING_TONES[recording.state]}>{words(recording.state)}</Badge>
               <span class="spring" />
-              <span class="hint">{recording.dataset ? `${count(recording.dataset.episodes, 'episode')}, ${count(recording.dataset.frames, 'frame')}` : `${recording.progress.successes} of ${recording.progress.wanted}`}</span>
+              <span class="hint">
+                {recording.dataset
+                  ? `${count(recording.dataset.episodes, 'episode')}, ${count(recording.dataset.frames, 'frame')}`
+                  : `${recording.progress.successes} of ${recording.progress.wanted}`}
+              </span>
               <time class="hint" dateTime={recording.created_at}>
                 {ago(recording.created_at)}
               </time>

@@ -88,7 +88,11 @@ function Head({ scene, reload }: { scene: Scene; reload: () => void }) {
         <span class="spring" />
         {hasFiles(scene) && <Review scene={scene} onChange={reload} />}
         {!isOver(scene) && job && may('submit') && (
-          <button type="button" disabled={job.state === 'cancelling'} onClick={() => void act(() => sendJson('POST', `/jobs/${job.id}/cancel`))}>
+          <button
+            type="button"
+            disabled={job.state === 'cancelling'}
+            onClick={() => void act(() => sendJson('POST', `/jobs/${job.id}/cancel`))}
+          >
             Cancel
           </button>
         )}
@@ -180,9 +184,14 @@ function Finished({ scene, onChange }: { scene: Scene; onChange: () => void }) {
           {tab === 'code' && <CodePanel scene={scene} />}
           {tab === 'edit' && <EditPanel scene={scene} />}
           {tab === 'tasks' && <TasksPanel scene={scene} />}
-          {tab === 'parent' && (parent.value ? (
-            <DifferencePanel parent={parent.value.document} child={doc} ghosts={ghosts} onGhosts={setGhosts} onSelect={setSelected} />
-          ) : parent.error ? <Failed error={parent.error} /> : <Waiting what="the parent" />)}
+          {tab === 'parent' &&
+            (parent.value ? (
+              <DifferencePanel parent={parent.value.document} child={doc} ghosts={ghosts} onGhosts={setGhosts} onSelect={setSelected} />
+            ) : parent.error ? (
+              <Failed error={parent.error} />
+            ) : (
+              <Waiting what="the parent" />
+            ))}
         </Panel>
       </div>
     </div>

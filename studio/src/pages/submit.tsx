@@ -129,7 +129,15 @@ export function Submit() {
           </label>
           <label class="inline">
             Seed
-            <input type="number" min={0} step={1} placeholder="random" value={seed} onInput={(event) => setSeed(event.currentTarget.value)} class="seed" />
+            <input
+              type="number"
+              min={0}
+              step={1}
+              placeholder="random"
+              value={seed}
+              onInput={(event) => setSeed(event.currentTarget.value)}
+              class="seed"
+            />
           </label>
           <span class="spring" />
           <span class="hint keys-hint">Ctrl + Enter</span>
@@ -186,7 +194,9 @@ function Account({ text, account, onReplace }: { text: string; account: TextAcco
               {category.replaceAll('_', ' ')}
             </span>
           ))}
-          {account.stand_ins.length > 0 && <span class="hint">{count(account.stand_ins.length, 'stand-in')} for what the catalog lacks</span>}
+          {account.stand_ins.length > 0 && (
+            <span class="hint">{count(account.stand_ins.length, 'stand-in')} for what the catalog lacks</span>
+          )}
         </p>
       )}
       {account.unrecognized.map((part) => {
@@ -258,15 +268,23 @@ function DropTarget({ onFile }: { onFile: (file: File | undefined) => void }) {
   return over ? <div class="drop">Drop the image</div> : null;
 }
 
-function OptionsDisclosure({ values, onChange, errorAt }: { values: Values; onChange: (values: Values) => void; errorAt: (pointer: string) => string | undefined }) {
+function OptionsDisclosure({
+  values,
+  onChange,
+  errorAt,
+}: {
+  values: Values;
+  onChange: (values: Values) => void;
+  errorAt: (pointer: string) => string | undefined;
+}) {
   const [open, setOpen] = useState(false);
-  const schema = useLoad(open ? '/settings/schema' : null, async (signal) => optionsSchema(await getJson<Schema>('/settings/schema', signal)));
+  const schema = useLoad(open ? '/settings/schema' : null, async (signal) =>
+    optionsSchema(await getJson<Schema>('/settings/schema', signal)),
+  );
   const changed = Object.keys(values).length;
   return (
     <details open={open} onToggle={(event) => setOpen(event.currentTarget.open)}>
-      <summary>
-        Options{changed > 0 && ` (${changed} changed)`}
-      </summary>
+      <summary>Options{changed > 0 && ` (${changed} changed)`}</summary>
       {schema.error && <Failed error={schema.error} again={schema.reload} />}
       {schema.value && <OptionsForm schema={schema.value} values={values} onChange={onChange} errorAt={errorAt} />}
     </details>
@@ -317,7 +335,9 @@ function Progress({ id, onClose }: { id: string; onClose: () => void }) {
         )}
       </header>
       {failure && <p class={`notice ${hasFiles(scene.value) ? 'warn' : 'bad'}`}>{failure.message}</p>}
-      {job?.queue_position !== undefined && job.state === 'queued' && <p class="hint">Number {job.queue_position} of your scenes in the queue.</p>}
+      {job?.queue_position !== undefined && job.state === 'queued' && (
+        <p class="hint">Number {job.queue_position} of your scenes in the queue.</p>
+      )}
       <StageStrip scene={scene.value} />
     </section>
   );

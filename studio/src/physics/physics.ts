@@ -29,7 +29,8 @@ export class Physics {
   constructor(url: string, receive: (message: FromPhysics) => void) {
     this.#worker = new Worker(trusted(workerUrl), { type: 'module' });
     this.#worker.onmessage = ({ data }: MessageEvent<FromPhysics>) => receive(data);
-    this.#worker.onerror = () => receive({ kind: 'failed', message: 'The physics did not start: the browser refused or could not load MuJoCo.' });
+    this.#worker.onerror = () =>
+      receive({ kind: 'failed', message: 'The physics did not start: the browser refused or could not load MuJoCo.' });
     this.send({ kind: 'load', url });
   }
 

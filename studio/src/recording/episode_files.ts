@@ -22,7 +22,12 @@ export function formatsOf(files: DatasetFile[]): FormatFiles[] {
   for (const file of files) {
     const [format = '', ...rest] = file.path.split('/');
     const path = rest.join('/');
-    const entry: FormatFiles & { byIndex: Map<number, EpisodeFiles> } = formats.get(format) ?? { format, episodes: [], tables: [], byIndex: new Map() };
+    const entry: FormatFiles & { byIndex: Map<number, EpisodeFiles> } = formats.get(format) ?? {
+      format,
+      episodes: [],
+      tables: [],
+      byIndex: new Map(),
+    };
     formats.set(format, entry);
     const strip = /^strips\/chunk-\d+\/episode_(\d+)(?:_(.+)\.png|\.mp4)$/.exec(path);
     if (strip) {

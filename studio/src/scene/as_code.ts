@@ -17,7 +17,11 @@ function callOf(scene: Pick<Scene, 'parent' | 'request'>): Call {
   const rest = { seed, ...(Object.keys(options).length > 0 && { options }) };
   switch (input.kind) {
     case 'image':
-      return { path: '/scenes', body: { ...(input.text && { text: input.text }), ...rest }, image: IMAGE_NAMES[input.media_type ?? ''] ?? 'image.png' };
+      return {
+        path: '/scenes',
+        body: { ...(input.text && { text: input.text }), ...rest },
+        image: IMAGE_NAMES[input.media_type ?? ''] ?? 'image.png',
+      };
     case 'text':
       return { path: '/scenes', body: { text: input.text, ...rest } };
     default:
@@ -40,7 +44,9 @@ export function pythonLiteral(value: unknown, indent = ''): string {
   if (typeof value === 'string') return JSON.stringify(value);
   const inner = `${indent}    `;
   const list = Array.isArray(value);
-  const parts = list ? value.map((one) => pythonLiteral(one, inner)) : Object.entries(value).map(([name, one]) => `${JSON.stringify(name)}: ${pythonLiteral(one, inner)}`);
+  const parts = list
+    ? value.map((one) => pythonLiteral(one, inner))
+    : Object.entries(value).map(([name, one]) => `${JSON.stringify(name)}: ${pythonLiteral(one, inner)}`);
   const [open, close] = list ? ['[', ']'] : ['{', '}'];
   const line = open + parts.join(', ') + close;
   return line.length + indent.length <= 90 ? line : `${open}\n${parts.map((part) => `${inner}${part},\n`).join('')}${indent}${close}`;
@@ -51,7 +57,9 @@ export function asCode(scene: Pick<Scene, 'parent' | 'request'>, language: Langu
   const json = JSON.stringify(body);
   if (language === 'json') return JSON.stringify(body, null, 2);
   if (language === 'curl') {
-    const content = image ? `-F image=@${image} -F ${shellQuoted(`request=${json};type=application/json`)}` : `-H 'content-type: application/json' \\\n     -d ${shellQuoted(json)}`;
+    const content = image
+      ? `-F image=@${image} -F ${shellQuoted(`request=${json};type=application/json`)}`
+      : `-H 'content-type: application/json' \\\n     -d ${shellQuoted(json)}`;
     return `curl -s ${server}${path} -H 'prefer: wait=60' ${content}`;
   }
   const { text, seed, options, operations } = body;

@@ -22,10 +22,13 @@ interface Extreme {
 
 /** The entry with the largest value, or zero of nothing. */
 function largest<T extends { name: string }>(list: T[], value: (one: T) => number): Extreme {
-  return list.reduce<Extreme>((best, one) => (value(one) > best.value || best.name === undefined ? { value: value(one), name: one.name } : best), {
-    value: 0,
-    name: undefined,
-  });
+  return list.reduce<Extreme>(
+    (best, one) => (value(one) > best.value || best.name === undefined ? { value: value(one), name: one.name } : best),
+    {
+      value: 0,
+      name: undefined,
+    },
+  );
 }
 
 function smallest<T extends { name: string }>(list: T[], value: (one: T) => number): Extreme {
@@ -40,7 +43,8 @@ export function parityShare(parity: Report['parity']): { share: number; what: st
     for (const [name, deviation] of Object.entries(parity[format])) {
       const tolerance = parity.tolerances[name];
       if (deviation === null || tolerance === undefined || tolerance === null || tolerance === 0) continue;
-      if (deviation / tolerance > worst.share) worst = { share: deviation / tolerance, what: `${format.toUpperCase()}, ${name.replace(/_(m|rad)$/, '').replaceAll('_', ' ')}` };
+      if (deviation / tolerance > worst.share)
+        worst = { share: deviation / tolerance, what: `${format.toUpperCase()}, ${name.replace(/_(m|rad)$/, '').replaceAll('_', ' ')}` };
     }
   }
   return worst;
@@ -77,7 +81,9 @@ export function checksOf(report: Report, scene: Pick<SceneDocument, 'instances' 
     {
       title: 'No bodies collide',
       passes: !fails('collision'),
-      measured: report.collisions.length ? `${report.collisions.length} of ${report.pairs} pairs, deepest ${length(deepest)}` : `none of ${report.pairs} pairs`,
+      measured: report.collisions.length
+        ? `${report.collisions.length} of ${report.pairs} pairs, deepest ${length(deepest)}`
+        : `none of ${report.pairs} pairs`,
       asked: `none deeper than ${length(limits.penetration_m)} or ${percent(limits.wall_share)} of the wall`,
       worst: report.collisions.find((pair) => pair.depth_m === deepest)?.a,
       share: deepest / limits.penetration_m,
@@ -93,8 +99,12 @@ export function checksOf(report: Report, scene: Pick<SceneDocument, 'instances' 
     {
       title: 'Every object stays at rest',
       passes: !fails('not_at_rest'),
-      measured: mover ? `moves ${length(mover.moved.after_shipping.distance_m)}, turns ${degrees(mover.moved.after_shipping.angle_rad)}` : 'no objects',
-      asked: mover ? `less than ${length(mover.rest_limit_m)} (${percent(limits.rest_side_share)} of its side) and ${degrees(limits.rest_rotation_rad)} in ${significant(limits.dss_duration_s)} s` : '',
+      measured: mover
+        ? `moves ${length(mover.moved.after_shipping.distance_m)}, turns ${degrees(mover.moved.after_shipping.angle_rad)}`
+        : 'no objects',
+      asked: mover
+        ? `less than ${length(mover.rest_limit_m)} (${percent(limits.rest_side_share)} of its side) and ${degrees(limits.rest_rotation_rad)} in ${significant(limits.dss_duration_s)} s`
+        : '',
       worst: moved.name,
       share: moved.value,
       bound: 'most',

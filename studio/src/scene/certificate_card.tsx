@@ -4,7 +4,15 @@ import { Badge } from '../ui/parts';
 import { type Check, checksOf } from './certificate';
 import type { Report, SceneDocument } from './documents';
 
-export function CertificateCard({ report, document: doc, onSelect }: { report: Report; document: SceneDocument; onSelect: (name: string) => void }) {
+export function CertificateCard({
+  report,
+  document: doc,
+  onSelect,
+}: {
+  report: Report;
+  document: SceneDocument;
+  onSelect: (name: string) => void;
+}) {
   const { metrics } = report;
   return (
     <div class="certificate">
@@ -62,7 +70,15 @@ export function Reasons({ report, onSelect }: { report: Report; onSelect: (name:
 function Row({ check, onSelect }: { check: Check; onSelect: (name: string) => void }) {
   return (
     <li class="check-row">
-      <span class="sign">{check.passes === null ? <Badge tone="plain">info</Badge> : check.passes ? <Badge tone="good">ok</Badge> : <Badge tone="bad">fails</Badge>}</span>
+      <span class="sign">
+        {check.passes === null ? (
+          <Badge tone="plain">info</Badge>
+        ) : check.passes ? (
+          <Badge tone="good">ok</Badge>
+        ) : (
+          <Badge tone="bad">fails</Badge>
+        )}
+      </span>
       <div>
         <p class="title">{check.title}</p>
         <p class="values number">
@@ -84,7 +100,11 @@ function Row({ check, onSelect }: { check: Check; onSelect: (name: string) => vo
 function Bar({ share, bound, passes }: { share: number; bound: 'most' | 'least'; passes: boolean | null }) {
   const width = Math.min(100, (share * 200) / 3);
   return (
-    <div class={`bullet ${passes === false ? 'bad' : passes ? 'good' : ''}`} role="img" aria-label={`${Math.round(share * 100)} % of the threshold, which is the ${bound === 'most' ? 'most' : 'least'} that is allowed`}>
+    <div
+      class={`bullet ${passes === false ? 'bad' : passes ? 'good' : ''}`}
+      role="img"
+      aria-label={`${Math.round(share * 100)} % of the threshold, which is the ${bound === 'most' ? 'most' : 'least'} that is allowed`}
+    >
       <span class="value" style={{ width: `${Math.max(width, 0.7)}%` }} />
       <span class="limit" />
     </div>

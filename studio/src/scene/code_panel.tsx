@@ -25,7 +25,9 @@ export function CodePanel({ scene }: { scene: Scene }) {
         <span class="spring" />
         <CopyButton text={code} />
       </div>
-      <pre tabIndex={0} aria-label={`Request in ${language}`}>{code}</pre>
+      <pre tabIndex={0} aria-label={`Request in ${language}`}>
+        {code}
+      </pre>
     </div>
   );
 }

@@ -33,7 +33,18 @@ function compare(before: Instance, after: Instance): Difference {
   const frictionRatio = after.friction.dynamic / before.friction.dynamic;
   const isMoved = Math.hypot(dx, dy, dz) > STILL_M || Math.abs(dyaw ?? 0) > STILL_RAD;
   const isOther = before.label !== after.label || [massRatio, sizeRatio, frictionRatio].some((ratio) => Math.abs(ratio - 1) > 1e-6);
-  return { name: after.name, label: after.label, what: isOther ? 'changed' : isMoved ? 'moved' : 'same', dx, dy, dz, dyaw, massRatio, sizeRatio, frictionRatio };
+  return {
+    name: after.name,
+    label: after.label,
+    what: isOther ? 'changed' : isMoved ? 'moved' : 'same',
+    dx,
+    dy,
+    dz,
+    dyaw,
+    massRatio,
+    sizeRatio,
+    frictionRatio,
+  };
 }
 
 /** One row per object of either scene: first what differs, then what is the same. */

@@ -6,7 +6,19 @@ import type { SceneDocument } from './documents';
 
 const TONES: Record<Difference['what'], Tone> = { added: 'good', removed: 'bad', changed: 'busy', moved: 'busy', same: 'plain' };
 
-export function DifferencePanel({ parent, child, ghosts, onGhosts, onSelect }: { parent: SceneDocument; child: SceneDocument; ghosts: boolean; onGhosts: (on: boolean) => void; onSelect: (name: string) => void }) {
+export function DifferencePanel({
+  parent,
+  child,
+  ghosts,
+  onGhosts,
+  onSelect,
+}: {
+  parent: SceneDocument;
+  child: SceneDocument;
+  ghosts: boolean;
+  onGhosts: (on: boolean) => void;
+  onSelect: (name: string) => void;
+}) {
   const rows = differences(parent, child);
   const metrics = metricChanges(parent.metrics, child.metrics);
   const mm = (value: number) => (Math.abs(value) < 5e-5 ? '0' : significant(value * 1e3, 3));
@@ -49,7 +61,9 @@ export function DifferencePanel({ parent, child, ghosts, onGhosts, onSelect }: {
       </Table>
       <p class="hint">
         {same} objects are the same.{' '}
-        {metrics.length ? metrics.map((change) => `${change.name} ${percent(change.before)} → ${percent(change.after)}`).join(', ') : 'All metrics are equal.'}
+        {metrics.length
+          ? metrics.map((change) => `${change.name} ${percent(change.before)} → ${percent(change.after)}`).join(', ')
+          : 'All metrics are equal.'}
       </p>
     </div>
   );

@@ -80,7 +80,13 @@ interface Displacement {
 export interface ObjectCertificate {
   name: string;
   support_margin_m: number | null;
-  moved: { by_resolve: Displacement; by_settling: Displacement; from_aligned: Displacement; after_shipping: Displacement; after_aligning: Displacement };
+  moved: {
+    by_resolve: Displacement;
+    by_settling: Displacement;
+    from_aligned: Displacement;
+    after_shipping: Displacement;
+    after_aligning: Displacement;
+  };
   rest_limit_m: number;
   overlap_m: number;
   outline_margin_m: number;

@@ -46,7 +46,10 @@ export function Downloads({ scene }: { scene: Scene }) {
         <a href={fileUrl(scene, 'report.html')} target="_blank" rel="noreferrer">
           Report for people
         </a>
-        , <a href={fileUrl(scene, 'report.json')} target="_blank" rel="noreferrer">for programs</a>
+        ,{' '}
+        <a href={fileUrl(scene, 'report.json')} target="_blank" rel="noreferrer">
+          for programs
+        </a>
       </p>
       {shown && (
         <>
@@ -62,7 +65,9 @@ export function Downloads({ scene }: { scene: Scene }) {
             <span class="spring" />
             <CopyButton text={shown.code} />
           </div>
-          <pre tabIndex={0} aria-label={`Code for ${shown.title}`}>{shown.code}</pre>
+          <pre tabIndex={0} aria-label={`Code for ${shown.title}`}>
+            {shown.code}
+          </pre>
         </>
       )}
       {files.error && <Failed error={files.error} again={files.reload} />}

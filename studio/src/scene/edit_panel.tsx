@@ -18,7 +18,10 @@ export function EditPanel({ scene }: { scene: Scene }) {
     setValid(undefined);
     setError(undefined);
     if (!text.trim()) return;
-    sendJson<ValidatedEdit>('POST', `/scenes/${scene.id}/edits/validate`, body, {}, signal).then(setValid, (refused) => !signal.aborted && setError(refused));
+    sendJson<ValidatedEdit>('POST', `/scenes/${scene.id}/edits/validate`, body, {}, signal).then(
+      setValid,
+      (refused) => !signal.aborted && setError(refused),
+    );
   });
   const send = async (event: Event) => {
     event.preventDefault();
@@ -37,7 +40,12 @@ export function EditPanel({ scene }: { scene: Scene }) {
       <form onSubmit={send} class="stack">
         <label>
           What to change
-          <input value={text} placeholder="move the teapot to the left of the bowl" onInput={(event) => setText(event.currentTarget.value)} aria-describedby="edit-result" />
+          <input
+            value={text}
+            placeholder="move the teapot to the left of the bowl"
+            onInput={(event) => setText(event.currentTarget.value)}
+            aria-describedby="edit-result"
+          />
         </label>
         <div id="edit-result" aria-live="polite">
           {error && <Failed error={error} />}
@@ -51,7 +59,9 @@ export function EditPanel({ scene }: { scene: Scene }) {
                   {moved.name} moves by {length(moved.distance_m)} as well: {moved.cause}
                 </p>
               ))}
-              {prediction.undetermined.length > 0 && <p class="hint">{count(prediction.undetermined.length, 'object')} will be made and placed when the edit runs.</p>}
+              {prediction.undetermined.length > 0 && (
+                <p class="hint">{count(prediction.undetermined.length, 'object')} will be made and placed when the edit runs.</p>
+              )}
             </div>
           )}
           {valid && !prediction && <p class="hint">The sentence is understood.</p>}
@@ -124,7 +134,14 @@ function VariantsForm({ scene }: { scene: Scene }) {
       <div class="row">
         <label class="inline">
           Number
-          <input type="number" class="small" min={1} max={1000} value={number} onInput={(event) => setNumber(event.currentTarget.valueAsNumber || 1)} />
+          <input
+            type="number"
+            class="small"
+            min={1}
+            max={1000}
+            value={number}
+            onInput={(event) => setNumber(event.currentTarget.valueAsNumber || 1)}
+          />
         </label>
         <button type="submit" disabled={busy || !may('submit')}>
           {busy ? 'Sending…' : `Make ${count(number, 'variant')}`}

@@ -25,9 +25,7 @@ export function ObjectTree({ document: doc, report, accused, selected, onSelect 
           onClick={() => onSelect(selected === instance.name ? undefined : instance.name)}
         >
           <span class="label">{instance.label}</span>
-          <span class="hint">
-            {instance.support.relation === 'in' ? `in ${name}` : instance.name}
-          </span>
+          <span class="hint">{instance.support.relation === 'in' ? `in ${name}` : instance.name}</span>
           {instance.stand_in && <Badge tone="plain">stand-in</Badge>}
           {accused.has(instance.name) && <Badge tone="bad">fails</Badge>}
           <span class="spring" />
@@ -61,7 +59,14 @@ function Details({ instance, report }: { instance: Instance; report: Report | un
     ['Size', `${vector(instance.size_m, 100)} cm`],
     ['Position', `${vector(instance.translation_m, 100)} cm`],
     ['Rotation about z', instance.yaw_rad === null ? 'undefined here' : degrees(instance.yaw_rad)],
-    ['Symmetry', instance.symmetry_order === 0 ? 'round' : instance.symmetry_order === 1 ? 'none' : `every ${significant(360 / instance.symmetry_order)}°`],
+    [
+      'Symmetry',
+      instance.symmetry_order === 0
+        ? 'round'
+        : instance.symmetry_order === 1
+          ? 'none'
+          : `every ${significant(360 / instance.symmetry_order)}°`,
+    ],
     ['Mass', mass(instance.mass_kg)],
     ['Center of mass', `${vector(instance.center_of_mass_m, 100)} cm`],
     ['Inertia', `${instance.inertia_diagonal_kg_m2.map((value) => significant(value * 1e4, 2)).join(', ')} kg cm²`],
@@ -77,7 +82,12 @@ function Details({ instance, report }: { instance: Instance; report: Report | un
         ] as [string, string][])
       : []),
     ['License', instance.provenance.licence],
-    ...(instance.stand_in ? ([['Stands for', `${instance.stands_for ?? instance.label}, shown as ${instance.shown_as ?? 'a plain shape'}`]] as [string, string][]) : []),
+    ...(instance.stand_in
+      ? ([['Stands for', `${instance.stands_for ?? instance.label}, shown as ${instance.shown_as ?? 'a plain shape'}`]] as [
+          string,
+          string,
+        ][])
+      : []),
   ];
   return (
     <div class="details">

@@ -18,7 +18,8 @@ export function StageTimeline({ scene, onChange }: { scene: Scene; onChange: () 
       <StageStrip scene={scene} />
       <p class="hint">
         {duration(shown_ms)} from the first to the last stage
-        {gaps.length > 0 && `, without ${count(gaps.length, 'idle gap')} of ${duration(gaps.reduce((sum, gap) => sum + gap.ms, 0))}`}. A thin line is a result that was found, not computed.
+        {gaps.length > 0 && `, without ${count(gaps.length, 'idle gap')} of ${duration(gaps.reduce((sum, gap) => sum + gap.ms, 0))}`}. A
+        thin line is a result that was found, not computed.
       </p>
       <ol>
         {rows.map((row) => (
@@ -44,7 +45,8 @@ export function StageTimeline({ scene, onChange }: { scene: Scene; onChange: () 
       <AgainFrom scene={scene} onChange={onChange} />
       {spending && spending.calls.length > 0 && (
         <p>
-          {count(spending.calls.length, 'call')} of remote models for {significant(spending.spent_usd)} of {significant(spending.budget_usd)} USD.
+          {count(spending.calls.length, 'call')} of remote models for {significant(spending.spent_usd)} of{' '}
+          {significant(spending.budget_usd)} USD.
         </p>
       )}
     </div>

@@ -54,7 +54,16 @@ export interface StageRow {
 }
 
 /** Pictures that show a stage, best first; others are taken only if none of these exists. */
-const PICTURES = ['masks.png', 'camera.png', 'top_annotated.png', 'sheet.png', 'reference.png', 'beside.png', 'canonical.png', 'completed.png'];
+const PICTURES = [
+  'masks.png',
+  'camera.png',
+  'top_annotated.png',
+  'sheet.png',
+  'reference.png',
+  'beside.png',
+  'canonical.png',
+  'completed.png',
+];
 
 function pictureOf(artifacts: Artifact[]): Artifact | undefined {
   const images = artifacts.filter((artifact) => artifact.media_type.startsWith('image/'));
@@ -81,13 +90,7 @@ export function stageRows(stages: Stage[], artifacts: Artifact[], ended: boolean
       const picture = pictureOf(artifacts.filter((artifact) => artifact.stage === name));
       return {
         stage: name,
-        state: !parts.length
-          ? 'waiting'
-          : finished === parts.length
-            ? 'finished'
-            : ended
-              ? 'failed'
-              : 'running',
+        state: !parts.length ? 'waiting' : finished === parts.length ? 'finished' : ended ? 'failed' : 'running',
         finished,
         parts: parts.length,
         cached: parts.length > 0 && parts.every((one) => one.cached),

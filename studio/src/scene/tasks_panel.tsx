@@ -29,9 +29,15 @@ export function TasksPanel({ scene }: { scene: Scene }) {
     setBusy(false);
   };
   const execute = (task: Record<string, unknown>) =>
-    begin(async () => `/executions/${(await sendJson<Job>('POST', `/scenes/${scene.id}/executions`, { ...task, seed: 0 }, idempotencyKey())).id}`);
+    begin(
+      async () =>
+        `/executions/${(await sendJson<Job>('POST', `/scenes/${scene.id}/executions`, { ...task, seed: 0 }, idempotencyKey())).id}`,
+    );
   const record = (task: unknown) =>
-    begin(async () => `/recordings/${(await sendJson<Recording>('POST', `/scenes/${scene.id}/episodes`, { robot, task, count: episodes }, idempotencyKey())).id}`);
+    begin(
+      async () =>
+        `/recordings/${(await sendJson<Recording>('POST', `/scenes/${scene.id}/episodes`, { robot, task, count: episodes }, idempotencyKey())).id}`,
+    );
 
   return (
     <div class="stack tasks">
@@ -51,7 +57,14 @@ export function TasksPanel({ scene }: { scene: Scene }) {
         <span class="spring" />
         <label class="inline">
           Episodes
-          <input type="number" class="small" min={1} max={100000} value={episodes} onInput={(event) => setEpisodes(event.currentTarget.valueAsNumber || 1)} />
+          <input
+            type="number"
+            class="small"
+            min={1}
+            max={100000}
+            value={episodes}
+            onInput={(event) => setEpisodes(event.currentTarget.valueAsNumber || 1)}
+          />
         </label>
       </div>
       <form

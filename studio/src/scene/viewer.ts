@@ -285,7 +285,10 @@ export class Viewer {
     body.updateMatrixWorld(true);
     body.traverse((node) => {
       if (!(node instanceof Mesh)) return;
-      const edges = new LineSegments(new EdgesGeometry(node.geometry, 30), new LineBasicMaterial({ color, depthTest: false, transparent: true, opacity: 0.9 }));
+      const edges = new LineSegments(
+        new EdgesGeometry(node.geometry, 30),
+        new LineBasicMaterial({ color, depthTest: false, transparent: true, opacity: 0.9 }),
+      );
       edges.applyMatrix4(node.matrixWorld);
       edges.renderOrder = 5;
       lines.add(edges);
@@ -311,10 +314,20 @@ export class Viewer {
     if (!body || !instance) return;
     const at = body.localToWorld(new Vector3(...instance.center_of_mass_m));
     const radius = Math.max(...instance.size_m) * 0.03;
-    const point = new Mesh(new SphereGeometry(radius, 16, 12), new MeshBasicMaterial({ color: this.#colors.accent, depthTest: false, transparent: true }));
+    const point = new Mesh(
+      new SphereGeometry(radius, 16, 12),
+      new MeshBasicMaterial({ color: this.#colors.accent, depthTest: false, transparent: true }),
+    );
     point.position.copy(at);
     point.renderOrder = 6;
-    const arrow = new ArrowHelper(new Vector3(0, 0, -1), at, Math.max(...instance.size_m) * 0.6, this.#colors.accent, radius * 3, radius * 2);
+    const arrow = new ArrowHelper(
+      new Vector3(0, 0, -1),
+      at,
+      Math.max(...instance.size_m) * 0.6,
+      this.#colors.accent,
+      radius * 3,
+      radius * 2,
+    );
     for (const part of [arrow.line, arrow.cone]) {
       Object.assign(part.material, { depthTest: false, transparent: true });
       part.renderOrder = 6;
@@ -454,7 +467,10 @@ export class Viewer {
     dot.renderOrder = 7;
     this.#measure.add(dot);
     if (this.#points.length === 2) {
-      const line = new LineSegments(new BufferGeometry().setFromPoints(this.#points), new LineBasicMaterial({ color: this.#colors.accent, depthTest: false, transparent: true }));
+      const line = new LineSegments(
+        new BufferGeometry().setFromPoints(this.#points),
+        new LineBasicMaterial({ color: this.#colors.accent, depthTest: false, transparent: true }),
+      );
       line.renderOrder = 7;
       this.#measure.add(line);
     }

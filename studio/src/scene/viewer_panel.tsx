@@ -67,13 +67,17 @@ export function ViewerPanel({ scene, document: doc, selected, accused, onSelect,
   }, [mode]);
   useEffect(() => {
     if (!ready) return;
-    if (hulls) viewer.current?.showHulls(hullUrls(scene)).catch((error: Error) => announce(`The hulls did not load: ${error.message}`, 'bad'));
+    if (hulls)
+      viewer.current?.showHulls(hullUrls(scene)).catch((error: Error) => announce(`The hulls did not load: ${error.message}`, 'bad'));
     else viewer.current?.hideHulls();
   }, [hulls, ready]);
   useEffect(() => viewer.current?.explode(apart), [apart]);
   useEffect(() => {
     if (!ready) return;
-    if (ghosts) viewer.current?.showGhosts(fileUrl(ghosts.scene, 'glb/scene.glb'), ghosts.names).catch((error: Error) => announce(`The parent did not load: ${error.message}`, 'bad'));
+    if (ghosts)
+      viewer.current
+        ?.showGhosts(fileUrl(ghosts.scene, 'glb/scene.glb'), ghosts.names)
+        .catch((error: Error) => announce(`The parent did not load: ${error.message}`, 'bad'));
     else viewer.current?.hideGhosts();
   }, [ghosts, ready]);
 
@@ -104,7 +108,12 @@ export function ViewerPanel({ scene, document: doc, selected, accused, onSelect,
           </figure>
         ) : (
           <>
-            <div ref={host} class="canvas" role="img" aria-label={`Model of the scene with ${doc.instances.length} objects. The list of objects beside it has the same content.`} />
+            <div
+              ref={host}
+              class="canvas"
+              role="img"
+              aria-label={`Model of the scene with ${doc.instances.length} objects. The list of objects beside it has the same content.`}
+            />
             {state === 'loading' && <p class="over">Loading the model…</p>}
             {state !== 'loading' && !ready && <p class="over notice bad">{state}</p>}
             <div class="labels" aria-hidden="true">
@@ -129,7 +138,13 @@ export function ViewerPanel({ scene, document: doc, selected, accused, onSelect,
             <button type="button" aria-pressed={mode === 'measure'} onClick={() => toggle('measure')}>
               Measure
             </button>
-            <button type="button" aria-pressed={hulls} onClick={() => setHulls(!hulls)} disabled={!anyHulls} title={anyHulls ? '' : 'This scene has no files of hulls of its own.'}>
+            <button
+              type="button"
+              aria-pressed={hulls}
+              onClick={() => setHulls(!hulls)}
+              disabled={!anyHulls}
+              title={anyHulls ? '' : 'This scene has no files of hulls of its own.'}
+            >
               Hulls
             </button>
             <button type="button" aria-pressed={mode === 'compare'} onClick={() => toggle('compare')}>
@@ -142,11 +157,20 @@ export function ViewerPanel({ scene, document: doc, selected, accused, onSelect,
           {hulls && (
             <label class="slider">
               Move hulls apart
-              <input type="range" min={0} max={1} step={0.01} value={apart} onInput={(event) => setApart(event.currentTarget.valueAsNumber)} />
+              <input
+                type="range"
+                min={0}
+                max={1}
+                step={0.01}
+                value={apart}
+                onInput={(event) => setApart(event.currentTarget.valueAsNumber)}
+              />
             </label>
           )}
           {mode === 'measure' && <p class="hint">Click two points on the objects or the table.</p>}
-          {mode === 'physics' && viewer.current && <PhysicsPanel scene={scene} document={doc} viewer={viewer.current} selected={selected} onSelect={onSelect} />}
+          {mode === 'physics' && viewer.current && (
+            <PhysicsPanel scene={scene} document={doc} viewer={viewer.current} selected={selected} onSelect={onSelect} />
+          )}
         </>
       )}
     </section>
@@ -170,11 +194,23 @@ function Comparison({ url }: { url: string }) {
   useShortcuts([{ key: 'b', what: 'Blink between image and model', run: () => setAt((old) => (old < 50 ? 100 : 0)) }], []);
   return (
     <div class="comparison">
-      <img src={url} alt="Reference image" style={difference ? { mixBlendMode: 'difference' } : { clipPath: `inset(0 ${100 - at}% 0 0)` }} />
+      <img
+        src={url}
+        alt="Reference image"
+        style={difference ? { mixBlendMode: 'difference' } : { clipPath: `inset(0 ${100 - at}% 0 0)` }}
+      />
       {!difference && <span class="line" style={{ left: `${at}%` }} aria-hidden="true" />}
       <div class="row controls">
         <span aria-hidden="true">Image</span>
-        <input type="range" min={0} max={100} value={at} disabled={difference} aria-label="Share of the reference image that is shown" onInput={(event) => setAt(event.currentTarget.valueAsNumber)} />
+        <input
+          type="range"
+          min={0}
+          max={100}
+          value={at}
+          disabled={difference}
+          aria-label="Share of the reference image that is shown"
+          onInput={(event) => setAt(event.currentTarget.valueAsNumber)}
+        />
         <span aria-hidden="true">Model</span>
         <button type="button" aria-pressed={difference} onClick={() => setDifference(!difference)}>
           Difference
@@ -187,7 +223,19 @@ function Comparison({ url }: { url: string }) {
 const PUSH_S = 0.2;
 
 /** MuJoCo on the scene's own MJCF: pushes, shakes, and how far each object went. */
-function PhysicsPanel({ scene, document: doc, viewer, selected, onSelect }: { scene: Scene; document: SceneDocument; viewer: Viewer; selected: string | undefined; onSelect: (name: string) => void }) {
+function PhysicsPanel({
+  scene,
+  document: doc,
+  viewer,
+  selected,
+  onSelect,
+}: {
+  scene: Scene;
+  document: SceneDocument;
+  viewer: Viewer;
+  selected: string | undefined;
+  onSelect: (name: string) => void;
+}) {
   const [state, setState] = useState('Starting');
   const [running, setRunning] = useState(true);
   const [time, setTime] = useState(0);

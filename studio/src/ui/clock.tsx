@@ -60,7 +60,15 @@ export function ClockBar({ clock, duration_s }: { clock: Clock; duration_s: numb
       <button type="button" onClick={clock.toggle}>
         {clock.playing ? 'Pause' : 'Play'}
       </button>
-      <input type="range" min={0} max={duration_s} step={0.01} value={clock.time_s} aria-label="Time in seconds" onInput={(event) => clock.seek(event.currentTarget.valueAsNumber)} />
+      <input
+        type="range"
+        min={0}
+        max={duration_s}
+        step={0.01}
+        value={clock.time_s}
+        aria-label="Time in seconds"
+        onInput={(event) => clock.seek(event.currentTarget.valueAsNumber)}
+      />
       <span class="number hint">
         {fixed(clock.time_s, 2)} of {fixed(duration_s, 2)} s
       </span>

@@ -34,7 +34,21 @@ export function rangeOf(series: Series[]): [number, number] {
   return low <= high ? [low, high] : [0, 1];
 }
 
-export function Plot({ title, unit, series, duration_s, time_s, onSeek }: { title: string; unit: string; series: Series[]; duration_s: number; time_s: number; onSeek: (time_s: number) => void }) {
+export function Plot({
+  title,
+  unit,
+  series,
+  duration_s,
+  time_s,
+  onSeek,
+}: {
+  title: string;
+  unit: string;
+  series: Series[];
+  duration_s: number;
+  time_s: number;
+  onSeek: (time_s: number) => void;
+}) {
   const [low, high] = rangeOf(series);
   const share = duration_s ? Math.min(1, time_s / duration_s) : 0;
   const seek = (event: PointerEvent) => {
@@ -52,8 +66,17 @@ export function Plot({ title, unit, series, duration_s, time_s, onSeek }: { titl
           <span>{fixed(high, 2)}</span>
           <span>{fixed(low, 2)}</span>
         </span>
-        <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} preserveAspectRatio="none" role="img" aria-label={`${title} over ${fixed(duration_s, 1)} seconds`} onPointerDown={seek} onPointerMove={seek}>
-          {low < 0 && high > 0 && <line class="zero" x1={0} x2={WIDTH} y1={HEIGHT + (low / (high - low)) * HEIGHT} y2={HEIGHT + (low / (high - low)) * HEIGHT} />}
+        <svg
+          viewBox={`0 0 ${WIDTH} ${HEIGHT}`}
+          preserveAspectRatio="none"
+          role="img"
+          aria-label={`${title} over ${fixed(duration_s, 1)} seconds`}
+          onPointerDown={seek}
+          onPointerMove={seek}
+        >
+          {low < 0 && high > 0 && (
+            <line class="zero" x1={0} x2={WIDTH} y1={HEIGHT + (low / (high - low)) * HEIGHT} y2={HEIGHT + (low / (high - low)) * HEIGHT} />
+          )}
           {series.map((one, index) => (
             <path key={one.name} d={pathOf(one.values, low, high)} class={`line line-${index % 8}`} />
           ))}
