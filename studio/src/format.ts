@@ -20,6 +20,7 @@ export function fixed(value: number, decimals: number): string {
 export function length(meters: number): string {
   const size = Math.abs(meters);
   if (size === 0) return '0 mm';
+  if (size < 1e-7) return '< 0.1 µm';
   if (size < 1e-4) return `${significant(meters * 1e6, 2)} µm`;
   if (size < 0.01) return `${significant(meters * 1e3, 2)} mm`;
   if (size < 1) return `${significant(meters * 1e2)} cm`;
@@ -28,11 +29,12 @@ export function length(meters: number): string {
 
 /** A mass in kilograms as grams or kilograms. */
 export function mass(kilograms: number): string {
-  return kilograms < 1 ? `${significant(kilograms * 1e3)} g` : `${significant(kilograms)} kg`;
+  return kilograms < 0.9995 ? `${significant(kilograms * 1e3)} g` : `${significant(kilograms)} kg`;
 }
 
 export function degrees(radians: number): string {
-  return `${significant((radians * 180) / Math.PI)}°`;
+  const value = (radians * 180) / Math.PI;
+  return Math.abs(value) < 1e-3 ? '0°' : `${significant(value)}°`;
 }
 
 export function percent(share: number): string {

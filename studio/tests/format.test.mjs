@@ -8,6 +8,7 @@ test('lengths have the unit in which they are read', () => {
   const cases = [
     [0, '0 mm'],
     [1.5e-7, '0.15 µm'],
+    [-3e-9, '< 0.1 µm'],
     [0.00234, '2.3 mm'],
     [0.0457, '4.57 cm'],
     [-0.2, '−20 cm'],
@@ -17,7 +18,7 @@ test('lengths have the unit in which they are read', () => {
 });
 
 test('masses, bytes and durations change their unit at the right place', () => {
-  assert.deepEqual([0.1284, 0.9996, 18.442].map(format.mass), ['128 g', '1000 g', '18.4 kg']);
+  assert.deepEqual([0.1284, 0.9996, 18.442].map(format.mass), ['128 g', '1 kg', '18.4 kg']);
   assert.deepEqual([999, 1000, 413580, 2714976].map(format.bytes), ['999 B', '1 KB', '414 KB', '2.71 MB']);
   assert.deepEqual([0, 999, 1234, 61000, 3_720_000].map(format.duration), ['0 ms', '999 ms', '1.2 s', '1 min 1 s', '1 h 2 min']);
 });

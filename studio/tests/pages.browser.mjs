@@ -21,13 +21,8 @@ after(() => studio?.stop());
 async function drawnShare(page) {
   const png = await page.locator('.viewer .stage').screenshot();
   return page.evaluate(async (base64) => {
-    const bitmap = await createImageBitmap(
-      await (
-        await fetch(`data:image/png;base64,${base64}`).catch(() => ({
-          blob: () => new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))]),
-        }))
-      ).blob(),
-    );
+    const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+    const bitmap = await createImageBitmap(new Blob([bytes]));
     const canvas = Object.assign(document.createElement('canvas'), { width: bitmap.width, height: bitmap.height });
     const context = canvas.getContext('2d');
     context.drawImage(bitmap, 0, 0);

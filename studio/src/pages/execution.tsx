@@ -5,7 +5,7 @@ import { getJson, sendJson } from '../api/fetch';
 import type { ExecutedTask, Job, Scene } from '../api/types';
 import { degrees, fixed, length, percent, words } from '../format';
 import { useLoad } from '../load';
-import { href } from '../router';
+import { address, href } from '../router';
 import type { SceneDocument } from '../scene/documents';
 import { fileUrl } from '../scene/scene_files';
 import type { Viewer } from '../scene/viewer';
@@ -15,6 +15,8 @@ import { Badge, Failed, Table, Waiting } from '../ui/parts';
 import { Plot } from '../ui/plot';
 
 export default function ExecutionPage({ id }: { id: string }) {
+  // The server keeps no scene with an execution; the page that began it names it.
+  const sceneId = address.value.query.get('scene');
   const job = useLoad(`/jobs/${id}`, (signal) => getJson<Job>(`/jobs/${id}`, signal));
   useEvents((event) => event.job_id === id, job.reload, [id]);
   const over = job.value && ['succeeded', 'failed', 'cancelled'].includes(job.value.state);
@@ -41,7 +43,7 @@ export default function ExecutionPage({ id }: { id: string }) {
         ) : (
           <Badge tone={over ? 'bad' : 'busy'}>{words(job.value.state)}</Badge>
         )}
-        {job.value.scene_id && <a href={href(`/scenes/${job.value.scene_id}?tab=tasks`)}>Scene</a>}
+        {sceneId && <a href={href(`/scenes/${sceneId}?tab=tasks`)}>Scene</a>}
         <span class="spring" />
         {!over && (
           <button type="button" onClick={() => void cancel()}>
@@ -52,12 +54,12 @@ export default function ExecutionPage({ id }: { id: string }) {
       {job.value.failure && <p class="notice bad">{job.value.failure.message}</p>}
       {!over && <Waiting what="the motion; planning and simulation take seconds" />}
       {result.error && <Failed error={result.error} again={result.reload} />}
-      {result.value && job.value.scene_id && <Result result={result.value} sceneId={job.value.scene_id} />}
+      {result.value && <Result result={result.value} sceneId={sceneId} />}
     </div>
   );
 }
 
-function Result({ result, sceneId }: { result: ExecutedTask; sceneId: string }) {
+function Result({ result, sceneId }: { result: ExecutedTask; sceneId: string | null }) {
   const { execution, trajectory } = result;
   const duration_s = trajectory.frames.length / trajectory.rate_hz;
   const clock = useClock(duration_s, 1 / trajectory.rate_hz);
@@ -82,7 +84,7 @@ function Result({ result, sceneId }: { result: ExecutedTask; sceneId: string }) 
     <>
       {execution.detail && <p class="notice">{execution.detail}</p>}
       <section class="card stack" aria-label="Motion">
-        <Replay sceneId={sceneId} names={trajectory.objects} poses={frame?.object_poses ?? []} />
+        {sceneId && <Replay sceneId={sceneId} names={trajectory.objects} poses={frame?.object_poses ?? []} />}
         <ClockBar clock={clock} duration_s={duration_s} />
         <div class="phases" role="img" aria-label={`Phases: ${phases.map((phase) => phase.name).join(', ')}`}>
           {phases.map((phase, index) => (

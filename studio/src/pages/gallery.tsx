@@ -287,7 +287,7 @@ function Facet({
                 aria-pressed={isChosen}
                 onClick={() => setQuery({ [name]: isChosen ? '' : label.toFilter(name, value) })}
               >
-                <span>{value.replaceAll('_', ' ')}</span>
+                <span>{name === 'label' ? value : value.replaceAll('_', ' ')}</span>
                 <span class="number">{number}</span>
               </button>
             </li>

@@ -36,7 +36,7 @@ const TABS = [
   { id: 'code', title: 'Code' },
   { id: 'edit', title: 'Edit' },
   { id: 'tasks', title: 'Robot' },
-  { id: 'parent', title: 'Differences' },
+  { id: 'parent', title: 'Changes' },
 ] as const;
 type Tab = (typeof TABS)[number]['id'];
 

@@ -89,6 +89,12 @@ export function Submit() {
           event.preventDefault();
           void send();
         }}
+        onKeyDown={(event) => {
+          if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) {
+            event.preventDefault();
+            void send();
+          }
+        }}
       >
         <label for="text" class="unseen">
           What is on the table
@@ -103,12 +109,6 @@ export function Submit() {
             maxLength={session.value?.limits.max_text_chars}
             placeholder={image ? 'What is in the image (optional)' : 'What is on the table? Write a sentence, or drop or paste an image.'}
             onInput={(event) => setText(event.currentTarget.value)}
-            onKeyDown={(event) => {
-              if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) {
-                event.preventDefault();
-                void send();
-              }
-            }}
             aria-describedby="account"
             autofocus
           />

@@ -17,7 +17,6 @@ export function CertificateCard({
   return (
     <div class="certificate">
       <p>{report.summary}</p>
-      {report.reasons.length > 0 && <Reasons report={report} onSelect={onSelect} />}
       <dl class="metrics">
         {(
           [
@@ -49,7 +48,7 @@ export function Reasons({ report, onSelect }: { report: Report; onSelect: (name:
       <ul>
         {report.reasons.map((reason) => (
           <li key={reason.sentence}>
-            {reason.sentence}{' '}
+            {reason.sentence.charAt(0).toUpperCase() + reason.sentence.slice(1)}.{' '}
             {reason.bodies.map((name) => (
               <button type="button" class="quiet" key={name} onClick={() => onSelect(name)}>
                 {name}

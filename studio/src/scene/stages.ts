@@ -23,7 +23,7 @@ export const STAGES = [
 /** What each stage does, for people. */
 export const STAGE_TITLES: Record<string, string> = {
   reference: 'Reference image',
-  recognize: 'Objects and camera',
+  recognize: 'Objects',
   segment: 'Masks',
   complete: 'Hidden parts',
   reconstruct: 'Meshes',

@@ -29,15 +29,15 @@ export function TasksPanel({ scene }: { scene: Scene }) {
     setBusy(false);
   };
   const execute = (task: Record<string, unknown>) =>
-    begin(
-      async () =>
-        `/executions/${(await sendJson<Job>('POST', `/scenes/${scene.id}/executions`, { ...task, seed: 0 }, idempotencyKey())).id}`,
-    );
+    begin(async () => {
+      const job = await sendJson<Job>('POST', `/scenes/${scene.id}/executions`, { ...task, seed: 0 }, idempotencyKey());
+      return `/executions/${job.id}?scene=${scene.id}`;
+    });
   const record = (task: unknown) =>
-    begin(
-      async () =>
-        `/recordings/${(await sendJson<Recording>('POST', `/scenes/${scene.id}/episodes`, { robot, task, count: episodes }, idempotencyKey())).id}`,
-    );
+    begin(async () => {
+      const recording = await sendJson<Recording>('POST', `/scenes/${scene.id}/episodes`, { robot, task, count: episodes }, idempotencyKey());
+      return `/recordings/${recording.id}`;
+    });
 
   return (
     <div class="stack tasks">

@@ -486,8 +486,8 @@ export class Viewer {
       const front = Math.min(...outline_m.map(([, y]) => y));
       const right = Math.max(...outline_m.map(([x]) => x));
       const back = Math.max(...outline_m.map(([, y]) => y));
-      for (let x = Math.ceil(left * 10); x <= right * 10; x += 2) add(new Vector3(x / 10, front - 0.035, 0), `${x * 10}`, 'ruler');
-      for (let y = Math.ceil(front * 10) + 1; y <= back * 10; y += 2) add(new Vector3(left - 0.035, y / 10, 0), `${y * 10}`, 'ruler');
+      for (let x = Math.ceil(left * 10); x <= right * 10; x += 2) add(new Vector3(x / 10, front - 0.035, 0), fixed(x * 10, 0), 'ruler');
+      for (let y = Math.ceil(front * 10) + 1; y <= back * 10; y += 2) add(new Vector3(left - 0.035, y / 10, 0), fixed(y * 10, 0), 'ruler');
       add(new Vector3(right + 0.06, front - 0.035, 0), 'cm', 'ruler');
     }
     const [from, to] = this.#points;

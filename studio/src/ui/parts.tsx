@@ -153,11 +153,15 @@ export function Table({ head, children, caption }: { head: string[]; children: C
         <caption class="unseen">{caption}</caption>
         <thead>
           <tr>
-            {head.map((title, index) => (
-              <th key={index} scope="col">
-                {title}
-              </th>
-            ))}
+            {head.map((title, index) =>
+              title ? (
+                <th key={index} scope="col">
+                  {title}
+                </th>
+              ) : (
+                <td key={index} />
+              ),
+            )}
           </tr>
         </thead>
         <tbody>{children}</tbody>
