@@ -220,6 +220,39 @@ test('an image can be pasted, is shown, and is sent as a file', async () => {
   await page.context().close();
 });
 
+/** Bytes of the page's own files that an address loads, as they are sent, and the number of all requests. */
+async function loaded(path, ready) {
+  const { page, context } = await studio.open('/nowhere');
+  await page.waitForSelector('h1');
+  const client = await context.newCDPSession(page);
+  await client.send('Network.enable');
+  await client.send('Network.setCacheDisabled', { cacheDisabled: true });
+  const names = new Map();
+  let bytes = 0;
+  let requests = 0;
+  client.on('Network.requestWillBeSent', ({ requestId, request }) => {
+    if (!request.url.startsWith('http')) return;
+    requests++;
+    names.set(requestId, new URL(request.url).pathname);
+  });
+  client.on('Network.loadingFinished', ({ requestId, encodedDataLength }) => {
+    if (names.get(requestId)?.startsWith('/studio/')) bytes += encodedDataLength;
+  });
+  await page.goto(`${studio.url}/studio${path}`);
+  await page.waitForSelector(ready);
+  await page.waitForTimeout(300);
+  await context.close();
+  return { bytes, requests };
+}
+
+test('the first view is small, and three is loaded only where a scene is shown', async (t) => {
+  const first = await loaded('/', '.recent');
+  const shown = await loaded(`/scenes/${scene.id}?light=plain`, '.tools');
+  t.diagnostic(`first view ${first.bytes} bytes in ${first.requests} requests; scene ${shown.bytes} bytes in ${shown.requests} requests`);
+  assert.ok(first.bytes > 1000 && first.bytes < 60_000, `the first view has ${first.bytes} bytes`);
+  assert.ok(shown.bytes > first.bytes && shown.bytes < 250_000, `a scene has ${shown.bytes} bytes`);
+});
+
 const PAGES = () => [
   '/',
   '/gallery',

@@ -33,25 +33,33 @@ function tell(event: TenantEvent): void {
 /** Id of the last event, from which a new leader goes on. */
 let cursor = '';
 
-type Message = { event: TenantEvent; id: string } | { state: StreamState };
+type Message = { event: TenantEvent; id: string } | { state: StreamState; id: string } | 'how is it?';
+
+/** Whether this tab has the stream. */
+let leads = false;
 
 channel.onmessage = ({ data }: MessageEvent<Message>) => {
-  if ('state' in data) {
-    streamState.value = data.state;
+  if (data === 'how is it?') {
+    if (leads) share(streamState.value);
     return;
   }
   cursor = data.id;
-  streamState.value = 'live';
-  tell(data.event);
+  if ('state' in data) {
+    streamState.value = data.state;
+  } else {
+    streamState.value = 'live';
+    tell(data.event);
+  }
 };
 
 function share(state: StreamState): void {
   streamState.value = state;
-  channel.postMessage({ state } satisfies Message);
+  channel.postMessage({ state, id: cursor } satisfies Message);
 }
 
 /** Keeps a stream open until `ended`; after a refusal it asks whether the login has ended. */
 async function stream(ended: AbortSignal): Promise<void> {
+  leads = true;
   while (!ended.aborted) {
     await new Promise<void>((closed) => {
       const source = new EventSource(cursor ? `/events?after=${encodeURIComponent(cursor)}` : '/events');
@@ -92,6 +100,7 @@ const KINDS = [
 
 /** Begins to listen; called once. */
 export function listen(): void {
+  channel.postMessage('how is it?' satisfies Message);
   if (navigator.locks) {
     void navigator.locks.request('tabletopgen-events', () => stream(new AbortController().signal));
     return;
