@@ -33,7 +33,7 @@ export function listenToKeys(): void {
   addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
     const target = event.target as HTMLElement;
-    if (target.closest('input:not([type=checkbox]):not([type=range]), textarea, select, dialog, [contenteditable]')) return;
+    if (target.closest('input:not([type=checkbox]):not([type=range]), textarea, select, dialog[open], [contenteditable]')) return;
     const shortcut = [...shortcuts.value]
       .reverse()
       .concat(EVERYWHERE)

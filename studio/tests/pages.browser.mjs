@@ -3,13 +3,15 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { makeScene, start, violations } from './browser.mjs';
 
+/** Label of the scenes of this run; a server that runs already may have others. */
+const suite = `pages-${process.pid}-${Date.now()}`;
 let studio;
 let scene;
 let edited;
 
 before(async () => {
   studio = await start();
-  scene = await makeScene(studio.url, { text: 'A desk with a laptop, a mug and two books', seed: 7, labels: { suite: 'pages' } });
+  scene = await makeScene(studio.url, { text: 'A desk with a laptop, a mug and two books', seed: 7, labels: { suite } });
   const headers = { 'content-type': 'application/json', prefer: 'wait=60' };
   const body = JSON.stringify({ text: 'remove the mug', seed: 1 });
   edited = await (await fetch(`${studio.url}/scenes/${scene.id}/edits`, { method: 'POST', headers, body })).json();
@@ -122,7 +124,7 @@ test('an edit shows its differences from the parent', async () => {
 });
 
 test('filters are in the address, and counts beside them', async () => {
-  const { page } = await studio.open('/gallery?label=suite:pages');
+  const { page } = await studio.open(`/gallery?label=suite:${suite}`);
   await page.waitForSelector('.gallery .cards > li');
   assert.equal(await page.locator('.gallery .cards > li').count(), 1);
   await page.click('.facet >> text=pass');
@@ -135,7 +137,7 @@ test('filters are in the address, and counts beside them', async () => {
 });
 
 test('a review by keys is kept by the server', async () => {
-  const { page, faults } = await studio.open('/gallery?label=suite:pages');
+  const { page, faults } = await studio.open(`/gallery?label=suite:${suite}`);
   await page.waitForSelector('.gallery .cards > li');
   await page.keyboard.press('a');
   await page.waitForSelector('text=accepted');
@@ -151,6 +153,7 @@ test('a review by keys is kept by the server', async () => {
 
 test('all tabs of a browser share one stream of events', async () => {
   const { page, context } = await studio.open('/');
+  await page.waitForSelector('.stream.live', { state: 'attached' });
   const streams = [];
   context.on('request', (request) => new URL(request.url()).pathname === '/events' && streams.push(request));
   const others = [];
@@ -196,6 +199,7 @@ test('keys are listed by the question mark, and lead to pages', async () => {
   await page.keyboard.press('?');
   await page.waitForSelector('dialog[open] kbd');
   await page.keyboard.press('Escape');
+  await page.waitForSelector('dialog', { state: 'detached' });
   await page.keyboard.press('c');
   await page.waitForURL(/\/studio\/$/);
   await page.context().close();

@@ -102,7 +102,7 @@ function VariantsForm({ scene }: { scene: Scene }) {
   const change = (name: string, value: boolean | number) => setRandomize((old) => ({ ...old, [name]: value }));
   return (
     <form onSubmit={send} class="stack variants">
-      <h3>Variants</h3>
+      <h2>Variants</h2>
       <fieldset>
         <legend>What differs</legend>
         <div class="row">
