@@ -81,7 +81,7 @@ export function count(number: number, noun: string): string {
   return `${number} ${noun}${number === 1 ? '' : 's'}`;
 }
 
-/** The first characters of an id, enough to tell rows apart. */
+/** The last characters of an id, which tell rows apart; ids begin with the time. */
 export function short(id: string): string {
-  return id.slice(0, 8);
+  return id.slice(-8);
 }

@@ -70,6 +70,9 @@ export default function BatchPage({ id }: { id: string }) {
             Try failed ones again
           </button>
         )}
+        <a class="button" href={href(`/gallery?label=batch:${value.id}`)}>
+          Gallery
+        </a>
         <a class="button" href={value.links.output} download={`${value.name ?? 'batch'}.jsonl`}>
           Results
         </a>

@@ -4,7 +4,7 @@ import { useEvents } from '../api/events';
 import { idempotencyKey, sendJson, withQuery } from '../api/fetch';
 import type { Batch } from '../api/types';
 import { partsOfBatch, recipeOf, sizeOf, yieldOf } from '../batch_parts';
-import { ago, count, percent, words } from '../format';
+import { ago, count, percent, short, words } from '../format';
 import { usePaged } from '../paged';
 import { href, navigate } from '../router';
 import { may } from '../session';
@@ -28,7 +28,7 @@ export default function Batches() {
             <li key={batch.id} class="card">
               <div class="row">
                 <a href={href(`/batches/${batch.id}`)} class="strong">
-                  {batch.name ?? `Batch ${batch.id.slice(0, 8)}`}
+                  {batch.name ?? `Batch ${short(batch.id)}`}
                 </a>
                 <Badge tone={batch.state === 'finished' ? 'good' : batch.state === 'cancelled' ? 'bad' : 'busy'}>
                   {words(batch.state)}

@@ -4,7 +4,7 @@ import { useEffect, useState } from 'preact/hooks';
 import { useEvents } from '../api/events';
 import { getJson, sendJson } from '../api/fetch';
 import type { Scene } from '../api/types';
-import { dateTime } from '../format';
+import { dateTime, short } from '../format';
 import { useLoad } from '../load';
 import { address, href, navigate, setQuery } from '../router';
 import { accused } from '../scene/certificate';
@@ -83,7 +83,7 @@ function Head({ scene, reload }: { scene: Scene; reload: () => void }) {
             </>
           )}
         </span>
-        <code class="hint">{scene.id.slice(0, 8)}</code>
+        <code class="hint">{short(scene.id)}</code>
         <CopyButton text={scene.id} label="Copy id" />
         <span class="spring" />
         {hasFiles(scene) && <Review scene={scene} onChange={reload} />}

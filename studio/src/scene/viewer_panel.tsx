@@ -119,7 +119,7 @@ export function ViewerPanel({ scene, document: doc, selected, accused, onSelect,
             <div class="labels" aria-hidden="true">
               {labels.map((label, index) => label.at && <Floating key={index} label={label} />)}
             </div>
-            {mode === 'compare' && <Comparison url={fileUrl(scene, 'preview/reference.png')} />}
+            {mode === 'compare' && <Comparison url={fileUrl(scene, 'preview/reference.png')} box={boxOf(doc, selected)} />}
           </>
         )}
       </div>
@@ -187,8 +187,17 @@ function Floating({ label }: { label: Label }) {
   );
 }
 
-/** The reference image over the model, up to a line that is moved. */
-function Comparison({ url }: { url: string }) {
+/** Where an object is in the reference image, in percent of its sides. */
+function boxOf({ camera, instances }: SceneDocument, name: string | undefined) {
+  const box = instances.find((instance) => instance.name === name)?.image.bbox_px;
+  if (!box) return undefined;
+  const [x0, y0, x1, y1] = box;
+  const [x, y] = [100 / camera.width_px, 100 / camera.height_px];
+  return { left: `${x0 * x}%`, top: `${y0 * y}%`, width: `${(x1 - x0) * x}%`, height: `${(y1 - y0) * y}%` };
+}
+
+/** The reference image over the model, up to a line that is moved, and the box of the selected object. */
+function Comparison({ url, box }: { url: string; box: ReturnType<typeof boxOf> }) {
   const [at, setAt] = useState(50);
   const [difference, setDifference] = useState(false);
   useShortcuts([{ key: 'b', what: 'Blink between image and model', run: () => setAt((old) => (old < 50 ? 100 : 0)) }], []);
@@ -200,6 +209,7 @@ function Comparison({ url }: { url: string }) {
         style={difference ? { mixBlendMode: 'difference' } : { clipPath: `inset(0 ${100 - at}% 0 0)` }}
       />
       {!difference && <span class="line" style={{ left: `${at}%` }} aria-hidden="true" />}
+      {box && <span class="box" style={box} aria-hidden="true" />}
       <div class="row controls">
         <span aria-hidden="true">Image</span>
         <input
