@@ -73,6 +73,11 @@ export function dateTime(moment: string): string {
 /** A name of the contract, such as `refine_camera`, as words. */
 export function words(name: string): string {
   const text = name.replaceAll('_', ' ');
+  return sentence(text.replace(/\busd\b/, 'USD'));
+}
+
+/** A sentence of the server with a capital letter. */
+export function sentence(text: string): string {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }
 

@@ -174,15 +174,15 @@ function Card({ scene, current, onFocus }: { scene: Scene; current: boolean; onF
         <SceneBadge scene={scene} />
         {decision === 'accept' && <Badge tone="good">accepted</Badge>}
         {decision === 'reject' && <Badge tone="bad">rejected</Badge>}
-        <span class="spring" />
-        <time class="hint" dateTime={scene.created_at}>
-          {ago(scene.created_at)}
-        </time>
       </p>
-      <p class="hint number">
+      <p class="row hint number">
+        <span>
         {scene.summary?.objects !== undefined && count(scene.summary.objects, 'object')}
         {scene.metrics?.dss_aligned !== undefined && `, DSS aligned ${percent(scene.metrics.dss_aligned)}`}
         {scene.labels[review.NOTE] && <em title={scene.labels[review.NOTE]}>, “{scene.labels[review.NOTE]}”</em>}
+        </span>
+        <span class="spring" />
+        <time dateTime={scene.created_at}>{ago(scene.created_at)}</time>
       </p>
     </li>
   );

@@ -186,13 +186,13 @@ function Keys() {
             />
           </label>
           <label class="inline">
-            Days
+            Expires in days
             <input
               type="number"
               class="small"
               min={1}
               value={days}
-              placeholder="for ever"
+              placeholder="never"
               onInput={(event) => setDays(event.currentTarget.value)}
             />
           </label>

@@ -1,5 +1,5 @@
 /** The certificate: the verdict, its reasons, and each measurement beside its threshold. */
-import { percent } from '../format';
+import { percent, sentence } from '../format';
 import { Badge } from '../ui/parts';
 import { type Check, checksOf } from './certificate';
 import type { Report, SceneDocument } from './documents';
@@ -48,7 +48,7 @@ export function Reasons({ report, onSelect }: { report: Report; onSelect: (name:
       <ul>
         {report.reasons.map((reason) => (
           <li key={reason.sentence}>
-            {reason.sentence.charAt(0).toUpperCase() + reason.sentence.slice(1)}.{' '}
+            {sentence(reason.sentence)}.{' '}
             {reason.bodies.map((name) => (
               <button type="button" class="quiet" key={name} onClick={() => onSelect(name)}>
                 {name}

@@ -2,7 +2,7 @@
 import { useState } from 'preact/hooks';
 import { idempotencyKey, sendJson } from '../api/fetch';
 import type { Scene, ValidatedEdit, Variants } from '../api/types';
-import { count, length } from '../format';
+import { count, length, sentence } from '../format';
 import { useSettled } from '../load';
 import { href, navigate } from '../router';
 import { may } from '../session';
@@ -52,7 +52,7 @@ export function EditPanel({ scene }: { scene: Scene }) {
           {prediction && (
             <div class="notice">
               {prediction.operations.map((operation, index) => (
-                <p key={index}>{operation.sentence}</p>
+                <p key={index}>{sentence(operation.sentence)}</p>
               ))}
               {prediction.moved.map((moved) => (
                 <p key={moved.name} class="hint">

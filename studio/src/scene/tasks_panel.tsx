@@ -2,7 +2,7 @@
 import { useState } from 'preact/hooks';
 import { getJson, idempotencyKey, sendJson, withQuery } from '../api/fetch';
 import type { Job, ProposedTask, Recording, Scene, SceneTasks } from '../api/types';
-import { length, words } from '../format';
+import { count, length, words } from '../format';
 import { useLoad } from '../load';
 import { navigate } from '../router';
 import { may } from '../session';
@@ -111,7 +111,7 @@ function Proposal({ proposal, children }: { proposal: ProposedTask; children: pr
       <p class="title">{proposal.wordings.default}</p>
       <p class="hint">
         {words(proposal.kind)}; difficulty {Math.round(difficulty.overall * 100)} %, placed to within {length(difficulty.precision_m)}
-        {difficulty.clutter > 0 && `, ${difficulty.clutter} other objects close by`}
+        {difficulty.clutter > 0 && `, ${count(difficulty.clutter, 'other object')} close by`}
       </p>
       <div class="row">{children}</div>
     </li>

@@ -3,8 +3,7 @@
  * top. Pictures are drawn only when something has changed.
  */
 import {
-  ACESFilmicToneMapping,
-  AmbientLight,
+  NeutralToneMapping,
   ArrowHelper,
   BufferGeometry,
   Color,
@@ -20,7 +19,7 @@ import {
   MeshBasicMaterial,
   MeshStandardMaterial,
   Object3D,
-  PCFSoftShadowMap,
+  PCFShadowMap,
   PerspectiveCamera,
   PMREMGenerator,
   Quaternion as Rotation,
@@ -111,7 +110,7 @@ export class Viewer {
     this.#host = host;
     this.#renderer = new WebGLRenderer({ antialias: true, alpha: true });
     this.#renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.#renderer.toneMapping = ACESFilmicToneMapping;
+    this.#renderer.toneMapping = NeutralToneMapping;
     host.append(this.#renderer.domElement);
     const style = getComputedStyle(host);
     const color = (name: string) => new Color(style.getPropertyValue(name).trim() || '#888');
@@ -128,24 +127,23 @@ export class Viewer {
   }
 
   #light(plain: boolean): void {
-    const sun = new DirectionalLight(0xffffff, plain ? 2.2 : 1.6);
+    const sun = new DirectionalLight(0xffffff, plain ? 2 : 1.8);
     sun.position.set(-0.8, -1.2, 2.2);
     if (plain) {
-      this.#world.add(new HemisphereLight(0xffffff, 0x998877, 1.6));
+      this.#world.add(new HemisphereLight(0xffffff, 0x998877, 1.4));
     } else {
       const generator = new PMREMGenerator(this.#renderer);
       this.#world.environment = generator.fromScene(new RoomEnvironment(), 0.03).texture;
-      this.#world.environmentIntensity = 0.75;
+      this.#world.environmentIntensity = 0.45;
       // The room is built with y up.
       this.#world.environmentRotation.x = Math.PI / 2;
       generator.dispose();
       this.#renderer.shadowMap.enabled = true;
-      this.#renderer.shadowMap.type = PCFSoftShadowMap;
+      this.#renderer.shadowMap.type = PCFShadowMap;
       sun.castShadow = true;
       sun.shadow.mapSize.set(1024, 1024);
       Object.assign(sun.shadow.camera, { left: -1.2, right: 1.2, top: 1.2, bottom: -1.2, near: 0.2, far: 6 });
       sun.shadow.bias = -0.0004;
-      this.#world.add(new AmbientLight(0xffffff, 0.15));
     }
     this.#world.add(sun);
   }

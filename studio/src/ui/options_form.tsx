@@ -67,7 +67,7 @@ function Field({
         />
       )}
       <p id={`${id}-help`} class="hint">
-        {error ? <span class="field-error">{error}</span> : schema.description}
+        {error ? <span class="field-error">{error}</span> : schema.description?.replaceAll('`', '')}
       </p>
     </div>
   );

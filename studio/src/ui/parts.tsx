@@ -2,6 +2,7 @@
 import type { ComponentChildren } from 'preact';
 import { useRef, useState } from 'preact/hooks';
 import { Refusal } from '../api/fetch';
+import { sentence } from '../format';
 import type { Scene } from '../api/types';
 import { announce } from './announce';
 
@@ -10,7 +11,7 @@ export function Failed({ error, again }: { error: Error; again?: () => void }) {
   const errors = error instanceof Refusal ? error.errors : [];
   return (
     <div class="notice bad" role="alert">
-      <p>{error.message}</p>
+      <p>{sentence(error.message)}</p>
       {errors.length > 0 && (
         <ul>
           {errors.map((one) => (
