@@ -8,17 +8,7 @@
 import { signal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { askForLogin } from './fetch';
-
-/** An event of a job or a recording of this tenant. */
-export interface TenantEvent {
-  kind: string;
-  at: string;
-  data: Record<string, unknown>;
-  job_id?: string | null;
-  scene_id?: string | null;
-  recording_id?: string | null;
-  dataset_id?: string | null;
-}
+import type { TenantEvent } from './types';
 
 export type StreamState = 'connecting' | 'live' | 'interrupted';
 export const streamState = signal<StreamState>('connecting');
@@ -90,12 +80,28 @@ async function stream(ended: AbortSignal): Promise<void> {
 }
 
 /** The names of events of jobs and of recordings; an EventSource tells only of names that it is asked for. */
-const KINDS = [
-  ...['queued', 'started', 'retrying', 'orphaned', 'released', 'cancelling', 'cancelled', 'failed', 'succeeded'].map(
-    (what) => `job_${what}`,
-  ),
-  ...['stage_started', 'stage_progress', 'stage_finished'],
-  ...['queued', 'running', 'attempt', 'attempt_lost', 'restarted', 'assembling', 'finished', 'failed', 'cancelled'],
+const KINDS: TenantEvent['kind'][] = [
+  'job_queued',
+  'job_started',
+  'job_retrying',
+  'job_orphaned',
+  'job_released',
+  'job_cancelling',
+  'job_cancelled',
+  'job_failed',
+  'job_succeeded',
+  'stage_started',
+  'stage_progress',
+  'stage_finished',
+  'queued',
+  'running',
+  'attempt',
+  'attempt_lost',
+  'restarted',
+  'assembling',
+  'finished',
+  'failed',
+  'cancelled',
 ];
 
 /** Begins to listen; called once. */

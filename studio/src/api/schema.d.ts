@@ -11,7 +11,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Scenes, newest first, each with its newest job. */
+        /** Scenes, newest first unless `sort` says otherwise, each with its newest job. */
         get: operations["listScenes"];
         put?: never;
         /** Submit a text or an image; a job makes the scene. */
@@ -33,6 +33,23 @@ export interface paths {
         put?: never;
         /** Check a request for a scene as if it were submitted; nothing is enqueued. */
         post: operations["validateScene"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scenes/facets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** How many scenes a filter leaves, by what they can be filtered by. */
+        get: operations["countScenes"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -73,6 +90,60 @@ export interface paths {
          * @description In it, `report.html` tells people and `report.json` programs (by `report.schema.json`) what was measured, against which thresholds, and why the scene may be used or not; `README.md` has a few lines for each simulator.
          */
         get: operations["getBundle"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scenes/{scene_id}/files": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The files of the bundle. */
+        get: operations["listFiles"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scenes/{scene_id}/files/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** One file of the bundle. */
+        get: operations["getFile"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scenes/{scene_id}/preview": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A small image of the finished scene, also of one in quarantine.
+         * @description 404 where the scene has no render, or none yet.
+         */
+        get: operations["getPreview"];
         put?: never;
         post?: never;
         delete?: never;
@@ -697,6 +768,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/events": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Events of all jobs and recordings, as a page or (with `Accept text/event-stream`) as they happen.
+         * @description One stream tells a client of everything: a browser opens few connections to a server. It goes on until the client leaves or it is too old; its first message has an `id` and no event, so that a client that was cut off comes back where it left.
+         */
+        get: operations["listAllEvents"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/jobs/{job_id}/cancel": {
         parameters: {
             query?: never;
@@ -936,6 +1027,111 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Name, version and paths of the interface; for browsers, its page. */
+        get: operations["getIndex"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/studio/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A file of the page for people, or the page itself. */
+        get: operations["getStudio"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/queue": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** What waits and what runs, and where; for the operator, of all tenants. */
+        get: operations["getQueue"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/catalog": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The categories of objects that scenes are made of. */
+        get: operations["getCatalog"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The robots that tasks are done with. */
+        get: operations["listRobots"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/settings/schema": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A JSON schema of a request for a scene, for forms.
+         * @description It has every field and option of `POST /scenes` with its range and its meaning, and the settings that a request may change with their types and the values that this server has.
+         */
+        get: operations["getRequestSchema"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/healthz": {
         parameters: {
             query?: never;
@@ -994,7 +1190,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Name and version of the program. */
+        /** Name and version of the program, and whether it has the page. */
         get: operations["version"];
         put?: never;
         post?: never;
@@ -1246,6 +1442,21 @@ export interface components {
          * @enum {string}
          */
         BatchState: "running" | "cancelling" | "finished" | "cancelled";
+        /** @description A file of a bundle. */
+        BundleFile: {
+            /** @description Path below the folder of the bundle. */
+            name: string;
+            /** Format: int64 */
+            size_bytes: number;
+            sha256: string;
+            media_type: string;
+            /** Format: uri-reference */
+            link: string;
+        };
+        /** @description The files of a bundle by name. */
+        BundleFileList: {
+            files: components["schemas"]["BundleFile"][];
+        };
         /**
          * @description Format of a scene, or all.
          * @enum {string}
@@ -1305,6 +1516,32 @@ export interface components {
         CameraMount: "world" | "tool";
         /** @description Meters. */
         CameraPoint: number[];
+        /** @description The objects that scenes are made of. */
+        Catalog: {
+            categories: components["schemas"]["Category"][];
+        };
+        /** @description A category of objects. */
+        Category: {
+            name: string;
+            /** @description In words, singular. */
+            label: string;
+            synonyms: string[];
+            /** @description Other objects, in words, for which one of this category stands in. */
+            stands_in_for: string[];
+            families: string[];
+            /** @description What it is used as, such as `cutlery`. */
+            group: string;
+            size: components["schemas"]["SizeView"];
+            /** @description Mass at the typical size, kilograms; null where it follows from volume and substance. */
+            mass_kg: number | null;
+            /** @description Main substance. */
+            substance: string;
+            /** @description Colors that it has where none is asked for, `#rrggbb`. */
+            palette: string[];
+            affordances: string[];
+            /** @description States that it can be in beside standing upright. */
+            states: string[];
+        };
         /** @description A part of the text that an edit changed. */
         ChangedPart: {
             span: components["schemas"]["TextSpan"];
@@ -1753,6 +1990,8 @@ export interface components {
              * @description `stage_finished`.
              */
             elapsed_ms?: number;
+            /** @description `stage_finished`: names of the artifacts of the stage. Absent from events of earlier versions. */
+            artifacts?: string[];
             failure?: components["schemas"]["Failure"];
             /**
              * Format: int64
@@ -1967,6 +2206,32 @@ export interface components {
          * @enum {string}
          */
         GraspVerdict: "stable" | "slipped" | "dropped" | "untested";
+        /** @description A parallel gripper. */
+        Gripper: {
+            /** @description Greatest distance of the pads, meters. */
+            max_opening_m: number;
+            /** @description Force of a grip, newtons. */
+            grip_force_n: number;
+            /** @description Force that it can hold continuously, newtons. */
+            max_force_n: number;
+        };
+        /** @description A job that a worker holds. */
+        HeldJob: {
+            /** Format: uuid */
+            job_id: string;
+            kind: components["schemas"]["JobKind"];
+            /** Format: uuid */
+            scene_id: string | null;
+            /** Format: uuid */
+            dataset_id: string | null;
+            /** Format: uuid */
+            recording_id: string | null;
+            /**
+             * Format: date-time
+             * @description Its newest claim.
+             */
+            since: string;
+        };
         /** @description An image in the body. */
         ImageBytes: {
             /** @description A complete PNG, JPEG or WebP file of one still image, at most 20 MB and 64 megapixels, at least 160 pixels a side; alone or as a data URI (`data:image/png;base64,...`), whose media type must be that of the bytes. */
@@ -1994,6 +2259,38 @@ export interface components {
              * @description URL of such a file: https, at a public address. The file is fetched before the request is answered.
              */
             url: string;
+        };
+        /** @description Name and version of the program, and paths of its interface. */
+        Index: {
+            name: string;
+            version: string;
+            links: components["schemas"]["IndexLinks"];
+        };
+        /** @description Paths that a client begins with. */
+        IndexLinks: {
+            /** Format: uri-reference */
+            contract: string;
+            /**
+             * Format: uri-reference
+             * @description The page for people.
+             */
+            page: string;
+            /** Format: uri-reference */
+            scenes: string;
+            /** Format: uri-reference */
+            jobs: string;
+            /** Format: uri-reference */
+            batches: string;
+            /** Format: uri-reference */
+            datasets: string;
+            /** Format: uri-reference */
+            episodes: string;
+            /** Format: uri-reference */
+            events: string;
+            /** Format: uri-reference */
+            session: string;
+            /** Format: uri-reference */
+            version: string;
         };
         /** @description The source of a scene; each kind has the fields that name it. */
         Input: {
@@ -2214,6 +2511,11 @@ export interface components {
             /** @description Of the newest job of the scene that was asked for; `cached` says that a result was found. */
             stages?: components["schemas"]["Stage"][];
         };
+        /**
+         * @description Order of a list of scenes; a page token belongs to the order that it came with.
+         * @enum {string}
+         */
+        ListOrder: "newest" | "oldest";
         /** @description The key of one who logs in. */
         Login: {
             key: string;
@@ -2432,6 +2734,12 @@ export interface components {
             reason: string;
         };
         /**
+         * @description Width of an image, pixels; the height follows.
+         * @default 320
+         * @enum {integer}
+         */
+        PreviewWidth: 160 | 320 | 640;
+        /**
          * @description Credential of a principal: none, a key, a session, or the name that a proxy gives.
          * @enum {string}
          */
@@ -2477,6 +2785,46 @@ export interface components {
             task: components["schemas"]["Task"];
             wordings: components["schemas"]["Wordings"];
             difficulty: components["schemas"]["Difficulty"];
+        };
+        /** @description Work of a tenant; for the operator, of all tenants. */
+        Queue: {
+            /** @description Null while workers take jobs. */
+            paused: components["schemas"]["QueuePause"] | null;
+            /** @description Kinds of which jobs wait or run. */
+            kinds: components["schemas"]["QueueKind"][];
+            /** @description Workers that hold jobs, by name. */
+            workers: components["schemas"]["QueueWorker"][];
+            storage: components["schemas"]["StorageState"];
+        };
+        /** @description Jobs of a kind. */
+        QueueKind: {
+            kind: components["schemas"]["JobKind"];
+            /**
+             * Format: int64
+             * @description Also those for a later time.
+             */
+            waiting: number;
+            /** Format: int64 */
+            running: number;
+        };
+        /** @description A pause of claiming. */
+        QueuePause: {
+            reason: string;
+            /**
+             * Format: date-time
+             * @description RFC 3339 in UTC with milliseconds.
+             */
+            since: string;
+        };
+        /** @description A worker and the jobs that it holds. */
+        QueueWorker: {
+            id: string;
+            /**
+             * Format: date-time
+             * @description The earliest claim of these jobs.
+             */
+            since: string;
+            jobs: components["schemas"]["HeldJob"][];
         };
         /** @description Numbers are drawn evenly from -x to x, factors from 1 - x to 1 + x; what is absent does not vary. */
         RandomizationAmplitudes: {
@@ -2934,6 +3282,18 @@ export interface components {
             /** @description Repeat this stage of the job and everything after it all the same. */
             from_stage?: string | null;
         };
+        /** @description A robot. */
+        Robot: {
+            name: string;
+            /** @description In words. */
+            title: string;
+            /**
+             * Format: int64
+             * @description Number of joints of the arm.
+             */
+            dof: number;
+            gripper: components["schemas"]["Gripper"];
+        };
         /** @description Abilities of the robot of the request in the scene, measured in simulation. */
         RobotFinding: {
             /** @description As the request names it. */
@@ -2960,6 +3320,10 @@ export interface components {
             tasks_done: number;
             /** @description The proposed tasks, in the order of their proposal. */
             tasks: components["schemas"]["TriedTask"][];
+        };
+        /** @description The robots that tasks are done with. */
+        RobotList: {
+            robots: components["schemas"]["Robot"][];
         };
         /** @description A turn about the vertical axis, counter-clockwise from above: exactly one of `by_rad`, `to_rad` and `facing`. */
         RotateOperation: {
@@ -3009,6 +3373,29 @@ export interface components {
             spending?: components["schemas"]["Spending"];
             links: components["schemas"]["SceneLinks"];
         };
+        /** @description How many of the scenes have what; of more than 100,000, the newest ones are counted. */
+        SceneFacets: {
+            /** Format: int64 */
+            total: number;
+            state: {
+                [key: string]: number;
+            };
+            /** @description Scenes that are not certified are in none. */
+            verdict: {
+                [key: string]: number;
+            };
+            kind: {
+                [key: string]: number;
+            };
+            /** @description The 50 categories that the most scenes have. */
+            category: {
+                [key: string]: number;
+            };
+            /** @description The 50 labels that the most scenes have, as `key=value`. */
+            label: {
+                [key: string]: number;
+            };
+        };
         /** @description A scene from an image file. */
         SceneForm: {
             /**
@@ -3024,6 +3411,10 @@ export interface components {
             self: string;
             /** Format: uri-reference */
             bundle: string;
+            /** Format: uri-reference */
+            files: string;
+            /** Format: uri-reference */
+            preview: string;
             /** Format: uri-reference */
             artifacts: string;
             /** Format: uri-reference */
@@ -3332,6 +3723,11 @@ export interface components {
          * @enum {string}
          */
         SharingKind: "lineage" | "text" | "image" | "mesh";
+        /** @description Extents of an object as it stands: width, depth, height; meters. */
+        SizeView: {
+            low_m: number[];
+            high_m: number[];
+        };
         /** @description Cost of calls of remote models; only when one scene is asked for. No call is made whose reservation would overrun the budget. */
         Spending: {
             budget_usd: components["schemas"]["Usd"];
@@ -3396,6 +3792,11 @@ export interface components {
         Status: {
             status: components["schemas"]["ProbeStatus"];
         };
+        /**
+         * @description Whether the database and the place of blobs take writes: `full` where the disk or a quota leaves no room.
+         * @enum {string}
+         */
+        StorageState: "ok" | "full" | "unavailable";
         /** @description The request as it is kept, with the seed that was drawn. */
         StoredRequest: {
             /** @description Version of the stored format. */
@@ -3414,6 +3815,8 @@ export interface components {
             bundle_id?: string;
             /** @description Number of objects. */
             objects?: number;
+            /** @description Categories of the objects, each once, in order. Absent in scenes of earlier versions. */
+            categories?: string[];
             /** @description Label of the table. */
             table?: string;
             /** @description The verdict in words, with the number of stand-ins. */
@@ -3482,6 +3885,51 @@ export interface components {
             min_gripper_distance_m: number;
             /** @description Time that the objects must be at rest at the end, seconds. */
             min_rest_s: number;
+        };
+        /** @description Something that happened to a job or a recording. */
+        TenantEvent: {
+            /**
+             * Format: int64
+             * @description Ascending over all jobs and recordings, with gaps.
+             */
+            seq: number;
+            /**
+             * Format: int64
+             * @description The `seq` within the job or the recording.
+             */
+            number: number;
+            /**
+             * Format: date-time
+             * @description RFC 3339 in UTC with milliseconds.
+             */
+            at: string;
+            kind: components["schemas"]["TenantEventKind"];
+            /**
+             * Format: uuid
+             * @description The job; null for an event of a recording itself.
+             */
+            job_id: string | null;
+            job_kind: components["schemas"]["JobKind"] | null;
+            /** Format: uuid */
+            scene_id: string | null;
+            /** Format: uuid */
+            dataset_id: string | null;
+            /** Format: uuid */
+            recording_id: string | null;
+            data: components["schemas"]["TenantEventData"];
+        };
+        /** @description Subject of the event, as the events of its job or its recording have it. */
+        TenantEventData: components["schemas"]["EventData"] | components["schemas"]["RecordingEventData"];
+        /** @description Kind of an event of a job or of a recording. */
+        TenantEventKind: components["schemas"]["EventKind"] | components["schemas"]["RecordingEventKind"];
+        /** @description A page of events of a tenant. */
+        TenantEventPage: {
+            events: components["schemas"]["TenantEvent"][];
+            /**
+             * Format: int64
+             * @description The `after` of the next page.
+             */
+            next_after: number;
         };
         /** @description Parts of a text that were understood, and parts that were not. Every word is part of it, but for a closed list of ignorable ones. */
         TextAccount: {
@@ -3727,6 +4175,8 @@ export interface components {
         Version: {
             name: string;
             version: string;
+            /** @description Whether the program has the page for people at `/studio/`. */
+            studio: boolean;
         };
         /** @description A webhook. */
         Webhook: {
@@ -3862,13 +4312,22 @@ export interface operations {
     listScenes: {
         parameters: {
             query?: {
-                /** @description Deleted scenes are listed only when asked for. */
+                /** @description Deleted scenes only where they are asked for. */
                 state?: components["schemas"]["SceneState"];
+                verdict?: components["schemas"]["Verdict"];
+                kind?: components["schemas"]["InputKind"];
+                /** @description Words of the text of the request, all of them, in upper or lower case. */
+                q?: string;
                 /** @description `key:value` */
                 label?: string;
+                /** @description A category that an object of the scene has. */
+                category?: string;
+                min_objects?: number;
+                max_objects?: number;
                 /** @description Only scenes made from this one. */
                 parent?: string;
                 created_after?: string;
+                sort?: components["schemas"]["ListOrder"];
                 page_size?: number;
                 /** @description `next_page_token` of the page before. */
                 page_token?: string;
@@ -3983,6 +4442,49 @@ export interface operations {
             415: components["responses"]["Problem"];
             421: components["responses"]["Problem"];
             422: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
+    countScenes: {
+        parameters: {
+            query?: {
+                /** @description Deleted scenes only where they are asked for. */
+                state?: components["schemas"]["SceneState"];
+                verdict?: components["schemas"]["Verdict"];
+                kind?: components["schemas"]["InputKind"];
+                /** @description Words of the text of the request, all of them, in upper or lower case. */
+                q?: string;
+                /** @description `key:value` */
+                label?: string;
+                /** @description A category that an object of the scene has. */
+                category?: string;
+                min_objects?: number;
+                max_objects?: number;
+                /** @description Only scenes made from this one. */
+                parent?: string;
+                created_after?: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The numbers. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SceneFacets"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            401: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
             429: components["responses"]["Busy"];
             503: components["responses"]["Busy"];
             default: components["responses"]["Problem"];
@@ -4155,6 +4657,181 @@ export interface operations {
             403: components["responses"]["Problem"];
             404: components["responses"]["Problem"];
             409: components["responses"]["Problem"];
+            410: components["responses"]["Problem"];
+            416: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
+    listFiles: {
+        parameters: {
+            query?: {
+                /** @description Also those of a scene whose certificate says quarantine. */
+                quarantined?: boolean;
+            };
+            header?: never;
+            path: {
+                scene_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The files by name. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BundleFileList"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            401: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            410: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
+    getFile: {
+        parameters: {
+            query?: {
+                /** @description Also those of a scene whose certificate says quarantine. */
+                quarantined?: boolean;
+            };
+            header?: {
+                "If-None-Match"?: string;
+                /** @description One range of bytes. */
+                Range?: string;
+            };
+            path: {
+                scene_id: string;
+                /** @description The file's name, slashes included; they may be percent-encoded. */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Bytes of the file, in its media type; as `application/octet-stream` for clients that accept only that. */
+            200: {
+                headers: {
+                    ETag: components["headers"]["ETag"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": components["schemas"]["Bytes"];
+                    "application/json": unknown;
+                    "*/*": components["schemas"]["Bytes"];
+                };
+            };
+            /** @description Part of it. */
+            206: {
+                headers: {
+                    ETag: components["headers"]["ETag"];
+                    "Content-Range": components["headers"]["ContentRange"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": components["schemas"]["Bytes"];
+                    "application/json": unknown;
+                    "*/*": components["schemas"]["Bytes"];
+                };
+            };
+            /** @description The client has it already. */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description An address of the bucket, which sends the bytes for a limited time, where the server is configured so. */
+            307: {
+                headers: {
+                    Location: components["headers"]["Location"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            400: components["responses"]["Problem"];
+            401: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            409: components["responses"]["Problem"];
+            410: components["responses"]["Problem"];
+            416: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
+    getPreview: {
+        parameters: {
+            query?: {
+                width?: components["schemas"]["PreviewWidth"];
+            };
+            header?: {
+                "If-None-Match"?: string;
+                /** @description One range of bytes. */
+                Range?: string;
+            };
+            path: {
+                scene_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The image. */
+            200: {
+                headers: {
+                    ETag: components["headers"]["ETag"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": components["schemas"]["Bytes"];
+                    "image/jpeg": components["schemas"]["Bytes"];
+                };
+            };
+            /** @description Part of it. */
+            206: {
+                headers: {
+                    ETag: components["headers"]["ETag"];
+                    "Content-Range": components["headers"]["ContentRange"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": components["schemas"]["Bytes"];
+                    "image/jpeg": components["schemas"]["Bytes"];
+                };
+            };
+            /** @description The client has it already. */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description An address of the bucket, which sends the bytes for a limited time, where the server is configured so. */
+            307: {
+                headers: {
+                    Location: components["headers"]["Location"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            400: components["responses"]["Problem"];
+            401: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
             410: components["responses"]["Problem"];
             416: components["responses"]["Problem"];
             421: components["responses"]["Problem"];
@@ -5814,6 +6491,41 @@ export interface operations {
             default: components["responses"]["Problem"];
         };
     };
+    listAllEvents: {
+        parameters: {
+            query?: {
+                /** @description Only events with a larger `seq`. Without it, a page begins with the oldest event and a stream with the next one. */
+                after?: number;
+                page_size?: number;
+            };
+            header?: {
+                /** @description For streams: go on after this `seq`. Nothing is lost or repeated across reconnects and restarts. */
+                "Last-Event-ID"?: number;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Events in order. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TenantEventPage"];
+                    "text/event-stream": string;
+                };
+            };
+            400: components["responses"]["Problem"];
+            401: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
     cancelJob: {
         parameters: {
             query?: never;
@@ -6434,6 +7146,195 @@ export interface operations {
             default: components["responses"]["Problem"];
         };
     };
+    getIndex: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Where clients begin. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Index"];
+                };
+            };
+            /** @description With `Accept text/html`: the address of the page. */
+            303: {
+                headers: {
+                    Location: components["headers"]["Location"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
+    getStudio: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Path of a file, or an address of the page. */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The file, in the content coding that the client takes. */
+            200: {
+                headers: {
+                    ETag: components["headers"]["ETag"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/html": string;
+                    "*/*": components["schemas"]["Bytes"];
+                };
+            };
+            /** @description The client has it already. */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            400: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
+    getQueue: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The queue now. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Queue"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            401: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
+    getCatalog: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The categories. */
+            200: {
+                headers: {
+                    ETag: components["headers"]["ETag"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Catalog"];
+                };
+            };
+            /** @description The client has them already. */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            400: components["responses"]["Problem"];
+            401: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
+    listRobots: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The robots. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotList"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            401: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
+    getRequestSchema: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description A schema by JSON Schema 2020-12. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OpenDocument"];
+                };
+            };
+            400: components["responses"]["Problem"];
+            401: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
     healthz: {
         parameters: {
             query?: never;
@@ -6522,7 +7423,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Both. */
+            /** @description These. */
             200: {
                 headers: {
                     [name: string]: unknown;

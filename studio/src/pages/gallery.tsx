@@ -2,8 +2,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { useEvents } from '../api/events';
 import { getJson, withQuery } from '../api/fetch';
-import type { Facets } from '../api/page';
-import type { Scene, ScenePage } from '../api/types';
+import type { Scene, SceneFacets, ScenePage } from '../api/types';
 import { ago, count, percent } from '../format';
 import { type Filter, FILTERS, filterOf, label, searchOf } from '../gallery/filters';
 import { useShortcuts } from '../keys';
@@ -22,7 +21,7 @@ export default function Gallery() {
   const filter = filterOf(address.value.query);
   const search = searchOf(filter);
   const list = useScenes(search);
-  const facets = useLoad(withQuery('/scenes/facets', search), (signal) => getJson<Facets>(withQuery('/scenes/facets', search), signal));
+  const facets = useLoad(withQuery('/scenes/facets', search), (signal) => getJson<SceneFacets>(withQuery('/scenes/facets', search), signal));
   useEvents(
     (event) => event.kind.startsWith('job_'),
     () => {
@@ -189,7 +188,7 @@ function Card({ scene, current, onFocus }: { scene: Scene; current: boolean; onF
 }
 
 /** Search, ranges, and facets with their counts. */
-function Side({ filter, facets }: { filter: Filter; facets: Facets | undefined }) {
+function Side({ filter, facets }: { filter: Filter; facets: SceneFacets | undefined }) {
   const [text, setText] = useState(filter.q ?? '');
   const [open, setOpen] = useState(() => matchMedia('(min-width: 900px)').matches);
   useEffect(() => setText(filter.q ?? ''), [filter.q]);
@@ -247,7 +246,7 @@ function Side({ filter, facets }: { filter: Filter; facets: Facets | undefined }
               name={name}
               title={title}
               chosen={filter[name]}
-              counts={facets?.[name as keyof Facets] as Record<string, number> | undefined}
+              counts={facets?.[name as keyof SceneFacets] as Record<string, number> | undefined}
             />
           ))}
         </div>

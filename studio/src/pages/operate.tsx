@@ -2,8 +2,7 @@
 import { useState } from 'preact/hooks';
 import { useEvents } from '../api/events';
 import { getJson, sendJson } from '../api/fetch';
-import type { Queue } from '../api/page';
-import type { AuditPage, DeliveryPage, Job, Key, Scope, Version, Webhook, WebhookList } from '../api/types';
+import type { AuditPage, DeliveryPage, Job, Key, Queue, Scope, Version, Webhook, WebhookList } from '../api/types';
 import { ago, bytes, count, dateTime, short, words } from '../format';
 import { useLoad } from '../load';
 import { usePaged } from '../paged';

@@ -1,8 +1,7 @@
 /** Downloads by format, with the lines that load each, and single files of the bundle. */
 import { useState } from 'preact/hooks';
 import { getJson, request } from '../api/fetch';
-import type { SceneFiles } from '../api/page';
-import type { Scene } from '../api/types';
+import type { BundleFileList, Scene } from '../api/types';
 import { bytes } from '../format';
 import { useLoad } from '../load';
 import { CopyButton, Failed, Waiting } from '../ui/parts';
@@ -19,7 +18,7 @@ const FORMATS: { format: string; title: string; hint: string; folder: string }[]
 
 export function Downloads({ scene }: { scene: Scene }) {
   const path = `/scenes/${scene.id}/files${scene.verdict === 'quarantine' ? '?quarantined=true' : ''}`;
-  const files = useLoad(path, (signal) => getJson<SceneFiles>(path, signal));
+  const files = useLoad(path, (signal) => getJson<BundleFileList>(path, signal));
   const readme = useLoad(`${scene.id} readme`, async (signal) => (await request(fileUrl(scene, 'README.md'), { signal })).text());
   const [simulator, setSimulator] = useState('');
   const all = readme.value ? examples(readme.value) : [];

@@ -1,7 +1,7 @@
 /** Tasks that a robot could do in the scene: proposals, execution, and demonstrations. */
 import { useState } from 'preact/hooks';
 import { getJson, idempotencyKey, sendJson, withQuery } from '../api/fetch';
-import type { Job, ProposedTask, Recording, Scene, SceneTasks } from '../api/types';
+import type { Job, ProposedTask, Recording, RobotList, Scene, SceneTasks } from '../api/types';
 import { count, length, words } from '../format';
 import { useLoad } from '../load';
 import { navigate } from '../router';
@@ -17,7 +17,7 @@ export function TasksPanel({ scene }: { scene: Scene }) {
   const [busy, setBusy] = useState(false);
   const path = withQuery(`/scenes/${scene.id}/tasks`, { robot, rehearsed: String(rehearsed), count: 5 });
   const tasks = useLoad(path, (signal) => getJson<SceneTasks>(path, signal));
-  const robots = useLoad('/robots', (signal) => getJson<{ robots: { name: string }[] }>('/robots', signal));
+  const robots = useLoad('/robots', (signal) => getJson<RobotList>('/robots', signal));
 
   const begin = async (what: () => Promise<string>) => {
     setBusy(true);
@@ -45,8 +45,10 @@ export function TasksPanel({ scene }: { scene: Scene }) {
         <label class="inline">
           Robot
           <select value={robot} onChange={(event) => setRobot(event.currentTarget.value)}>
-            {(robots.value?.robots ?? [{ name: 'panda' }]).map((one) => (
-              <option key={one.name}>{one.name}</option>
+            {(robots.value?.robots ?? [{ name: 'panda', title: 'panda' }]).map((one) => (
+              <option key={one.name} value={one.name}>
+                {one.title}
+              </option>
             ))}
           </select>
         </label>
