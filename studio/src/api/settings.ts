@@ -5,6 +5,8 @@ export interface Schema {
   type?: string | string[];
   title?: string;
   description?: string;
+  /** Unit of the number, in words. */
+  unit?: string;
   default?: unknown;
   examples?: unknown[];
   enum?: unknown[];

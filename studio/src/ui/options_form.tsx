@@ -26,7 +26,7 @@ function Field({
   const text = value === undefined ? '' : String(value);
   return (
     <div class="field">
-      <label for={id}>{name.includes('.') ? <code>{name}</code> : words(name)}</label>
+      <label for={id}>{name.includes('.') ? <code>{name}</code> : words(name)} {schema.unit && <span class="hint">{schema.unit}</span>}</label>
       {control === 'choice' || control === 'boolean' ? (
         <select
           {...common}
