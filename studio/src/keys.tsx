@@ -59,6 +59,15 @@ export function Help() {
           </div>
         ))}
       </dl>
+      <p class="hint">
+        <a href="/openapi.yaml" target="_blank" rel="noreferrer">
+          Interface for programs
+        </a>
+        ,{' '}
+        <a href="/studio/licenses.txt" target="_blank" rel="noreferrer">
+          licenses of this page
+        </a>
+      </p>
     </Dialog>
   );
 }
