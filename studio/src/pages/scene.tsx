@@ -177,7 +177,7 @@ function Finished({ scene, onChange }: { scene: Scene; onChange: () => void }) {
       <div class="right card">
         <Tabs label="Parts of the scene" tabs={[...tabs]} value={tab} onChange={(id) => setQuery({ tab: id === 'objects' ? '' : id })} />
         <Panel id={tab}>
-          {tab === 'objects' && <ObjectTree document={doc} report={report} accused={fails} selected={selected} onSelect={setSelected} />}
+          {tab === 'objects' && <ObjectTree scene={scene} document={doc} report={report} accused={fails} selected={selected} onSelect={setSelected} />}
           {tab === 'certificate' && <CertificateCard report={report} document={doc} onSelect={setSelected} />}
           {tab === 'stages' && <StageTimeline scene={scene} onChange={onChange} />}
           {tab === 'download' && <Downloads scene={scene} />}

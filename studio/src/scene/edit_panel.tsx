@@ -70,7 +70,9 @@ export function EditPanel({ scene }: { scene: Scene }) {
           <button type="submit" class="primary" disabled={busy || !valid || !may('submit')}>
             {busy ? 'Sending…' : 'Make the edited scene'}
           </button>
-          <span class="hint">This scene stays as it is.</span>
+          <span class="hint">
+            This scene stays as it is. <a href={href(`/gallery?parent=${scene.id}`)}>Scenes made from it</a>
+          </span>
         </div>
       </form>
       <VariantsForm scene={scene} />

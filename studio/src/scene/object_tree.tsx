@@ -1,10 +1,14 @@
 /** The objects as a tree of supports, linked with the viewer. */
 import type { ComponentChildren } from 'preact';
-import { degrees, fixed, length, mass, percent, significant } from '../format';
+import { count, degrees, fixed, length, mass, percent, significant } from '../format';
+import type { Scene } from '../api/types';
 import { Badge } from '../ui/parts';
 import type { Instance, Report, SceneDocument } from './documents';
+import { picturesOf } from './scene_files';
+import { STAGE_TITLES } from './stages';
 
 interface Props {
+  scene: Scene;
   document: SceneDocument;
   report: Report | undefined;
   accused: Set<string>;
@@ -12,7 +16,7 @@ interface Props {
   onSelect: (name: string | undefined) => void;
 }
 
-export function ObjectTree({ document: doc, report, accused, selected, onSelect }: Props) {
+export function ObjectTree({ scene, document: doc, report, accused, selected, onSelect }: Props) {
   const childrenOf = (name: string) => doc.instances.filter((instance) => instance.support.parent === name);
   const branch = (name: string, depth: number): ComponentChildren =>
     childrenOf(name).map((instance) => (
@@ -31,7 +35,7 @@ export function ObjectTree({ document: doc, report, accused, selected, onSelect 
           <span class="spring" />
           <span class="number hint">{mass(instance.mass_kg)}</span>
         </button>
-        {selected === instance.name && <Details instance={instance} report={report} />}
+        {selected === instance.name && <Details scene={scene} instance={instance} report={report} />}
         {childrenOf(instance.name).length > 0 && <ul>{branch(instance.name, depth + 1)}</ul>}
       </li>
     ));
@@ -51,7 +55,8 @@ export function ObjectTree({ document: doc, report, accused, selected, onSelect 
   );
 }
 
-function Details({ instance, report }: { instance: Instance; report: Report | undefined }) {
+function Details({ scene, instance, report }: { scene: Scene; instance: Instance; report: Report | undefined }) {
+  const pictures = picturesOf(scene, instance.name);
   const certificate = report?.objects.find((object) => object.name === instance.name);
   const health = report?.bodies.find((body) => body.name === instance.name);
   const vector = (values: number[], factor: number) => values.map((value) => fixed(value * factor, 1)).join(', ');
@@ -99,6 +104,21 @@ function Details({ instance, report }: { instance: Instance; report: Report | un
           </div>
         ))}
       </dl>
+      {pictures.length > 0 && (
+        <details>
+          <summary>{count(pictures.length, 'picture')} of its stages</summary>
+          <ul class="pictures">
+            {pictures.map((picture) => (
+              <li key={picture.name}>
+                <a href={picture.url} target="_blank" rel="noreferrer">
+                  <img src={picture.url} alt={picture.name} loading="lazy" />
+                </a>
+                <span class="hint">{STAGE_TITLES[picture.stage] ?? picture.stage}</span>
+              </li>
+            ))}
+          </ul>
+        </details>
+      )}
       {instance.provenance.notes.length > 0 && (
         <ul class="hint">
           {instance.provenance.notes.map((note) => (

@@ -1,5 +1,5 @@
 /** Addresses of the files of a scene. */
-import type { Scene } from '../api/types';
+import type { Artifact, Scene } from '../api/types';
 
 function suffix(scene: Pick<Scene, 'verdict'>, joint: '?' | '&'): string {
   return scene.verdict === 'quarantine' ? `${joint}quarantined=true` : '';
@@ -24,6 +24,12 @@ export function hullUrls(scene: Pick<Scene, 'artifacts'>): Map<string, string> {
     }
   }
   return urls;
+}
+
+/** Pictures that stages made of one object: hidden parts, upright pose, rotation. */
+export function picturesOf(scene: Pick<Scene, 'artifacts'>, name: string): Artifact[] {
+  const isOfIt = (artifact: Artifact) => artifact.name.split('/').some((part) => part === name || part === `${name}.png`);
+  return (scene.artifacts ?? []).filter((artifact) => artifact.media_type.startsWith('image/') && isOfIt(artifact));
 }
 
 /** The first lines of code under each heading of a bundle's `README.md`. */
