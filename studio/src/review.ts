@@ -1,4 +1,4 @@
-/** Reviews of scenes: labels of the scene, changed only if nobody else changed it in the meantime. */
+/** Reviews of scenes: labels of the scene, changed only if they are still as they were read. */
 import { getJson, request } from './api/fetch';
 import type { Scene } from './api/types';
 

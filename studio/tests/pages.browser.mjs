@@ -19,7 +19,7 @@ before(async () => {
 });
 after(() => studio?.stop());
 
-/** Share of the canvas that differs from its corner, by a picture of the page. */
+/** Share of the canvas that differs from its corner, by an image of the page. */
 async function drawnShare(page) {
   const png = await page.locator('.viewer .stage').screenshot();
   return page.evaluate(async (base64) => {
@@ -298,7 +298,7 @@ for (const [name, options] of [
   });
 }
 
-test('without WebGL a picture stands in for the model', async () => {
+test('without WebGL an image stands in for the model', async () => {
   const other = await start(['--disable-3d-apis', '--disable-webgl', '--disable-webgl2']);
   try {
     const { id } = process.env.STUDIO_URL ? scene : await makeScene(other.url, { text: 'A desk with a mug', seed: 1 });

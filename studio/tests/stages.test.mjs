@@ -43,14 +43,14 @@ test('parts of a stage are one row, and stages to come are shown while the job g
   );
 });
 
-test('a stage shows its telling picture', () => {
-  const picture = (name) => ({ name, stage: 'segment', media_type: 'image/png', url: `/${name}` });
+test('a stage shows its telling image', () => {
+  const image = (name) => ({ name, stage: 'segment', media_type: 'image/png', url: `/${name}` });
   const [row] = stageRows(
     [stage('segment', 0, 1)],
-    [picture('segment/a.png'), picture('segment/masks.png'), picture('segment/z.png')],
+    [image('segment/a.png'), image('segment/masks.png'), image('segment/z.png')],
     true,
   );
-  assert.equal(row.picture.name, 'segment/masks.png');
+  assert.equal(row.image.name, 'segment/masks.png');
 });
 
 test('rows of the timeline are in the order of the pipeline', () => {

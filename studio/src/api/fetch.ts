@@ -31,7 +31,7 @@ export function loggedIn(): void {
   for (const resume of waiting.splice(0)) resume();
 }
 
-/** Opens the login dialog, and ends when somebody has logged in. */
+/** Opens the login dialog, and ends with the login. */
 export function askForLogin(): Promise<void> {
   loginNeeded.value = true;
   return new Promise((resolve) => waiting.push(resolve));

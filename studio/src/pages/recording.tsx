@@ -107,7 +107,7 @@ function Episodes({ files }: { files: DatasetFile[] }) {
     ],
     [chosen, format?.episodes.length],
   );
-  if (!format) return <p class="hint">The files of this recording have no pictures of its episodes; download the archive.</p>;
+  if (!format) return <p class="hint">The files of this recording have no images of its episodes; download the archive.</p>;
   const lengths = format.episodes.map((episode) => tables.value?.episodes.get(episode.index)?.frames ?? 0);
   const far = tables.value ? outliers(lengths) : new Set<number>();
   return (

@@ -4,7 +4,7 @@ import { count, degrees, fixed, length, mass, percent, significant } from '../fo
 import type { Scene } from '../api/types';
 import { Badge } from '../ui/parts';
 import type { Instance, Report, SceneDocument } from './documents';
-import { picturesOf } from './scene_files';
+import { imagesOf } from './scene_files';
 import { STAGE_TITLES } from './stages';
 
 interface Props {
@@ -56,7 +56,7 @@ export function ObjectTree({ scene, document: doc, report, accused, selected, on
 }
 
 function Details({ scene, instance, report }: { scene: Scene; instance: Instance; report: Report | undefined }) {
-  const pictures = picturesOf(scene, instance.name);
+  const images = imagesOf(scene, instance.name);
   const certificate = report?.objects.find((object) => object.name === instance.name);
   const health = report?.bodies.find((body) => body.name === instance.name);
   const vector = (values: number[], factor: number) => values.map((value) => fixed(value * factor, 1)).join(', ');
@@ -104,16 +104,16 @@ function Details({ scene, instance, report }: { scene: Scene; instance: Instance
           </div>
         ))}
       </dl>
-      {pictures.length > 0 && (
+      {images.length > 0 && (
         <details>
-          <summary>{count(pictures.length, 'picture')} of its stages</summary>
-          <ul class="pictures">
-            {pictures.map((picture) => (
-              <li key={picture.name}>
-                <a href={picture.url} target="_blank" rel="noreferrer">
-                  <img src={picture.url} alt={picture.name} loading="lazy" />
+          <summary>{count(images.length, 'image')} of its stages</summary>
+          <ul class="images">
+            {images.map((image) => (
+              <li key={image.name}>
+                <a href={image.url} target="_blank" rel="noreferrer">
+                  <img src={image.url} alt={image.name} loading="lazy" />
                 </a>
-                <span class="hint">{STAGE_TITLES[picture.stage] ?? picture.stage}</span>
+                <span class="hint">{STAGE_TITLES[image.stage] ?? image.stage}</span>
               </li>
             ))}
           </ul>

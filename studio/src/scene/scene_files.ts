@@ -26,8 +26,8 @@ export function hullUrls(scene: Pick<Scene, 'artifacts'>): Map<string, string> {
   return urls;
 }
 
-/** Pictures that stages made of one object: hidden parts, upright pose, rotation. */
-export function picturesOf(scene: Pick<Scene, 'artifacts'>, name: string): Artifact[] {
+/** Images that stages made of one object: hidden parts, upright pose, rotation. */
+export function imagesOf(scene: Pick<Scene, 'artifacts'>, name: string): Artifact[] {
   const isOfIt = (artifact: Artifact) => artifact.name.split('/').some((part) => part === name || part === `${name}.png`);
   return (scene.artifacts ?? []).filter((artifact) => artifact.media_type.startsWith('image/') && isOfIt(artifact));
 }

@@ -1,4 +1,4 @@
-/** The stages of a job as a strip, each with the picture that it made. */
+/** The stages of a job as a strip, each with the image that it made. */
 import type { Scene } from '../api/types';
 import { count, duration } from '../format';
 import { STAGE_TITLES, stageRows, type StageRow } from './stages';
@@ -19,10 +19,10 @@ export function StageStrip({ scene }: { scene: Scene }) {
     <ol class="strip" aria-label="Stages" tabIndex={0}>
       {rows.map((row) => (
         <li key={row.stage} class={row.state}>
-          <span class="picture">
-            {row.picture ? (
-              <a href={row.picture.url} target="_blank" rel="noreferrer">
-                <img src={row.picture.url} alt={`Picture of the stage ${STAGE_TITLES[row.stage] ?? row.stage}`} loading="lazy" />
+          <span class="image">
+            {row.image ? (
+              <a href={row.image.url} target="_blank" rel="noreferrer">
+                <img src={row.image.url} alt={`Image of the stage ${STAGE_TITLES[row.stage] ?? row.stage}`} loading="lazy" />
               </a>
             ) : (
               <span class="mark" aria-hidden="true">

@@ -50,11 +50,11 @@ export interface StageRow {
   retries: number;
   /** Sum of the computation of all parts, milliseconds. */
   computed_ms: number;
-  picture?: Artifact;
+  image?: Artifact;
 }
 
-/** Pictures that show a stage, best first; others are taken only if none of these exists. */
-const PICTURES = [
+/** Images that show a stage, best first; others are taken only if none of these exists. */
+const IMAGES = [
   'masks.png',
   'camera.png',
   'top_annotated.png',
@@ -65,9 +65,9 @@ const PICTURES = [
   'completed.png',
 ];
 
-function pictureOf(artifacts: Artifact[]): Artifact | undefined {
+function imageOf(artifacts: Artifact[]): Artifact | undefined {
   const images = artifacts.filter((artifact) => artifact.media_type.startsWith('image/'));
-  for (const name of PICTURES) {
+  for (const name of IMAGES) {
     const found = images.filter((image) => image.name.endsWith(`/${name}`) || image.name === name).at(-1);
     if (found) return found;
   }
@@ -87,7 +87,7 @@ export function stageRows(stages: Stage[], artifacts: Artifact[], ended: boolean
     .map((name) => {
       const parts = stages.filter((one) => one.stage === name);
       const finished = parts.filter((one) => one.state === 'finished').length;
-      const picture = pictureOf(artifacts.filter((artifact) => artifact.stage === name));
+      const image = imageOf(artifacts.filter((artifact) => artifact.stage === name));
       return {
         stage: name,
         state: !parts.length ? 'waiting' : finished === parts.length ? 'finished' : ended ? 'failed' : 'running',
@@ -96,7 +96,7 @@ export function stageRows(stages: Stage[], artifacts: Artifact[], ended: boolean
         cached: parts.length > 0 && parts.every((one) => one.cached),
         retries: parts.reduce((sum, one) => sum + Math.max(0, one.runs - 1), 0),
         computed_ms: parts.reduce((sum, one) => sum + (one.elapsed_ms ?? 0), 0),
-        ...(picture && { picture }),
+        ...(image && { image }),
       };
     });
 }

@@ -1,6 +1,6 @@
 /**
  * A scene in three dimensions. The world frame is that of `scene.json`: meters, z up, origin at the center of the table
- * top. Pictures are drawn only when something has changed.
+ * top. Images are drawn only when something has changed.
  */
 import {
   NeutralToneMapping,
@@ -39,7 +39,7 @@ import type { Pose, SceneDocument } from './documents';
 
 Object3D.DEFAULT_UP.set(0, 0, 1);
 
-/** OpenCV cameras look along +z with y down, those of three along -z with y up. */
+/** OpenCV cameras are directed along +z with y down, those of three along -z with y up. */
 const FLIP = new Rotation(1, 0, 0, 0);
 /** Files of meshes have y up. */
 const Z_UP = new Matrix4().makeRotationX(Math.PI / 2);

@@ -21,14 +21,14 @@ interface Props {
   ghosts: { scene: Scene; names: Set<string> } | undefined;
 }
 
-type Mode = 'look' | 'measure' | 'compare' | 'physics';
+type Mode = 'view' | 'measure' | 'compare' | 'physics';
 
 export function ViewerPanel({ scene, document: doc, selected, accused, onSelect, ghosts }: Props) {
   const host = useRef<HTMLDivElement>(null);
   const viewer = useRef<Viewer>(undefined);
   const [state, setState] = useState<'loading' | 'ready' | 'no-webgl' | string>('loading');
   const [labels, setLabels] = useState<Label[]>([]);
-  const [mode, setMode] = useState<Mode>('look');
+  const [mode, setMode] = useState<Mode>('view');
   const [grid, setGrid] = useState(false);
   const [hulls, setHulls] = useState(false);
   const [apart, setApart] = useState(0);
@@ -81,7 +81,7 @@ export function ViewerPanel({ scene, document: doc, selected, accused, onSelect,
     else viewer.current?.hideGhosts();
   }, [ghosts, ready]);
 
-  const toggle = (wanted: Mode) => setMode((old) => (old === wanted ? 'look' : wanted));
+  const toggle = (wanted: Mode) => setMode((old) => (old === wanted ? 'view' : wanted));
   useShortcuts(
     [
       { key: '0', what: 'View from the camera of the image', run: () => viewer.current?.referenceView() },
@@ -104,7 +104,7 @@ export function ViewerPanel({ scene, document: doc, selected, accused, onSelect,
         {state === 'no-webgl' ? (
           <figure class="fallback">
             <img src={fileUrl(scene, 'preview/hero.png')} alt="The finished scene" />
-            <figcaption class="notice">This browser has no WebGL, so here is a picture instead of the model.</figcaption>
+            <figcaption class="notice">This browser has no WebGL, so here is an image instead of the model.</figcaption>
           </figure>
         ) : (
           <>
