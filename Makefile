@@ -5,6 +5,7 @@
 # make fuzz    every parser of foreign bytes under libFuzzer, ten minutes each; wants a nightly toolchain
 # make build   the release binary
 # make studio  the page of the server, which the next build holds; `make build STUDIO=no` does without
+# make dist    the release binary as an archive, with manual, completions, licenses, bill of materials and checksum
 # make wheel   the Python package with that binary, for pip
 # make train   synthetic images are rendered and the table network is trained on them; hours
 # make advisories  whether a known vulnerability is in Cargo.lock; asks a database on the network
@@ -24,10 +25,10 @@ export PYTHONDONTWRITEBYTECODE := 1
 # Where Python finds the package of tests and measurements.
 export PYTHONPATH := $(CURDIR)/python
 
-.PHONY: help build studio page lab wheel demo test programs bars train fuzz advisories features pages
+.PHONY: help build studio page lab wheel dist demo test programs bars train fuzz advisories features pages
 
 help:
-	@sed -n 's/^# //p' Makefile | head -12
+	@sed -n 's/^# //p' Makefile | head -13
 
 # The page of the server, by Node 20.19 or later
 studio:
@@ -44,6 +45,9 @@ build: page
 wheel: build
 	@python="$$(scripts/prerequisites.sh wheel)" && "$$python" -m tabletopgen_checks.client wheel --target-dir "$(TARGET_DIR)"
 
+dist: build
+	@python="$$(scripts/prerequisites.sh wheel)" && "$$python" -m tabletopgen_checks.dist --target-dir "$(TARGET_DIR)"
+
 # The same with the benchmarks, the generator of training images and the mock vendors
 lab: page
 	@scripts/prerequisites.sh build
@@ -54,7 +58,7 @@ demo: build
 	    "$$python" -m tabletopgen_checks.demo --binary "$(TARGET_DIR)/release/tabletopgen"; else \
 	    scripts/demo.sh "$(TARGET_DIR)/release/tabletopgen"; fi
 
-test:
+test: page
 	@python="$$(scripts/prerequisites.sh)" && "$$python" -m tabletopgen_checks.test --target-dir "$(TARGET_DIR)"
 
 advisories:

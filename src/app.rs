@@ -28,6 +28,7 @@ mod grasps;
 pub mod tasks;
 pub mod episodes;
 pub mod executions;
+pub mod listings;
 pub mod local;
 
 use std::path::Path;

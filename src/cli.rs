@@ -44,6 +44,8 @@ pub mod backup;
 pub mod restore;
 pub mod sweep;
 pub mod check_config;
+pub mod catalog;
+pub mod robots;
 pub mod doctor;
 pub mod completions;
 pub mod man;
@@ -158,6 +160,12 @@ enum Command {
     /// Print every setting with its value and where that came from, or what is wrong with them.
     #[command(after_help = "Example: tabletopgen check-config --config server.toml")]
     CheckConfig(check_config::Arguments),
+    /// List the objects that scenes are made of, or show one.
+    #[command(after_help = "Example: tabletopgen catalog show teapot")]
+    Catalog(catalog::Arguments),
+    /// List the robots that tasks are done with.
+    #[command(after_help = "Example: tabletopgen robots --json")]
+    Robots(robots::Arguments),
     /// Check what this machine and the configuration offer, and make a small scene.
     #[command(after_help = "Example: tabletopgen doctor --data-dir data --json")]
     Doctor(doctor::Arguments),
@@ -209,6 +217,8 @@ fn command(command: Command) -> Result<Exit, Failure> {
         Command::Restore(arguments) => restore::run(arguments),
         Command::Sweep(arguments) => sweep::run(arguments),
         Command::CheckConfig(arguments) => check_config::run(arguments),
+        Command::Catalog(arguments) => catalog::run(arguments),
+        Command::Robots(arguments) => robots::run(&arguments),
         Command::Doctor(arguments) => doctor::run(arguments),
         Command::Mcp(arguments) => mcp::run(arguments),
         Command::Completions(arguments) => completions::run(&arguments),

@@ -14,7 +14,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from tabletopgen_checks import cargo_results, client, lint, tools
+from tabletopgen_checks import cargo_results, client, lint, page, tools
 from tabletopgen_checks import documents as documented
 from tabletopgen_checks.edits import sample as edit_sample
 from tabletopgen_checks.judges import rest_sample
@@ -57,7 +57,7 @@ ORDER = (
 # Those that follow run in two lanes beside each other: most of them keep one core busy.
 LANE = ("judges", "judges' own test", "edits", "segmentation sidecar")
 LANE_BESIDE = (
-    "documents", "robot and episodes", "rest in simulators", "categories", "layers of USD", "Python client",
+    "documents", "robot and episodes", "rest in simulators", "categories", "layers of USD", "Python client", "page",
     "killed while models are asked", "killed on both stores", "tenants",
 )
 WAIT = "wait for the other lane"
@@ -115,6 +115,7 @@ def steps_of(target: Path, setup: subprocess.Popen) -> dict:
         "killed on both stores": lambda: check_reliability(target),
         "tenants": lambda: check_tenants(target),
         "segmentation sidecar": lambda: test_sidecar(environment),
+        "page": lambda: page.check(target / "debug" / "tabletopgen"),
         "Python client": lambda: client.check(target, target / "debug" / "tabletopgen"),
     }
 

@@ -1,4 +1,4 @@
-//! `doctor`, and the commands that describe the program: `completions`, `man`.
+//! `doctor`, and the commands that describe the program: `catalog`, `robots`, `completions`, `man`.
 
 use std::net::TcpListener;
 
@@ -95,4 +95,26 @@ fn shells_and_manuals_know_every_command() {
     assert_eq!(run(home.path(), &["man", "--out", "man"]).status.code(), Some(0));
     let page = std::fs::read_to_string(home.path().join("man/tabletopgen-generate.1")).unwrap();
     assert!(page.contains("max\\-objects") && page.contains("Example"), "{page}");
+}
+
+#[test]
+fn the_catalog_and_the_robots_are_listed() {
+    let home = tempfile::tempdir().unwrap();
+    let list = |arguments: &[&str]| -> Value {
+        let output = run(home.path(), arguments);
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", text(&output.stderr)))
+    };
+    let all = list(&["catalog", "list", "--json"]);
+    assert!(all["categories"].as_array().unwrap().len() > 400);
+    let cutlery = list(&["catalog", "list", "--group", "cutlery", "--json"]);
+    let names: Vec<&str> =
+        cutlery["categories"].as_array().unwrap().iter().map(|of| of["name"].as_str().unwrap()).collect();
+    assert!(names.contains(&"fork") && !names.contains(&"mug"), "{names:?}");
+    assert_eq!(list(&["catalog", "show", "mug", "--json"])["name"], "mug");
+    assert!(text(&run(home.path(), &["catalog", "show", "mug"]).stdout).contains("substance"));
+    assert_eq!(run(home.path(), &["catalog", "show", "zorgle"]).status.code(), Some(2));
+    let refused = run(home.path(), &["catalog", "list", "--group", "zorgle"]);
+    assert!(text(&refused.stderr).contains("cutlery"), "{}", text(&refused.stderr));
+    let robots = list(&["robots", "--json"]);
+    assert_eq!(robots["robots"][0]["name"], "panda");
 }
