@@ -28,8 +28,9 @@ fn main() -> io::Result<()> {
              run `make studio` with Node 20.19 or later, then build again",
         );
     }
-    let mut table = String::from("&[\n");
-    for file in files.iter().filter(|file| !is_compressed(file)) {
+    files.retain(|file| !is_compressed(file));
+    let mut table = format!("static FILES: [File; {}] = [\n", files.len());
+    for file in &files {
         let beside = |ending: &str| {
             let name = format!("{}.{ending}", file.display());
             Some(PathBuf::from(name)).filter(|path| path.exists())
@@ -47,7 +48,7 @@ fn main() -> io::Result<()> {
         writeln!(table, "    File {{ path: {path:?}, plain: {plain}, gzip: {gzip}, brotli: {brotli} }},")
             .map_err(io::Error::other)?;
     }
-    table.push(']');
+    table.push_str("];\n");
     fs::write(PathBuf::from(variable("OUT_DIR")?).join("studio_files.rs"), table)
 }
 

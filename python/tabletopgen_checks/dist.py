@@ -143,7 +143,7 @@ def bill_of_materials(version: str, crates: list) -> str:
             "description": (crate["description"] or "").strip(),
         }
         for crate in crates
-    ]
+    ] + page_components()
     document = {
         "bomFormat": "CycloneDX",
         "specVersion": "1.6",
@@ -155,6 +155,24 @@ def bill_of_materials(version: str, crates: list) -> str:
         "dependencies": [{"ref": "tabletopgen", "dependsOn": [part["bom-ref"] for part in components]}],
     }
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+def page_components() -> list:
+    """The packages of npm that the page in the program is made of; their license texts are among its files."""
+    lock = json.loads((ROOT / "studio" / "package-lock.json").read_text(encoding="utf-8"))
+    packages = {path.removeprefix("node_modules/"): about for path, about in lock["packages"].items() if path}
+    return [
+        {
+            "type": "library",
+            "bom-ref": (ref := f"pkg:npm/{name.replace('@', '%40')}@{about['version']}"),
+            "name": name,
+            "version": about["version"],
+            "purl": ref,
+            "licenses": [{"expression": about["license"]}],
+        }
+        for name, about in sorted(packages.items())
+        if not about.get("dev")
+    ]
 
 
 def purl(crate: dict) -> str:

@@ -18,8 +18,8 @@ use super::extract::PathName;
 use crate::problem::Problem;
 use store::Digest;
 
-/// Files of the page by path; none where the program was built without it.
-static FILES: &[File] = include!(concat!(env!("OUT_DIR"), "/studio_files.rs"));
+// `FILES`: the files of the page by path; none where the program was built without it.
+include!(concat!(env!("OUT_DIR"), "/studio_files.rs"));
 
 /// The shell.
 const SHELL: &str = "index.html";
@@ -97,7 +97,7 @@ pub async fn show(
     PathName(path): PathName,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let file = find(FILES, &path).ok_or_else(|| Problem::not_found("file of the page", &path))?;
+    let file = find(&FILES, &path).ok_or_else(|| Problem::not_found("file of the page", &path))?;
     let mut response = respond(file, &headers);
     if api.settings.public_url.starts_with("https:") {
         let year = HeaderValue::from_static("max-age=31536000");

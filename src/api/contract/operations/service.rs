@@ -1,12 +1,12 @@
 //! Operations of the tag `service`: health, metrics, version, contract.
 
 use super::super::operation::Operation;
-use crate::api::catalog::{Catalog, RobotList};
 use crate::api::index::Index;
 use crate::api::probes::OpenApi;
 use crate::api::probes::Status;
 use crate::api::probes::Version;
 use crate::api::queue::QueueView;
+use crate::app::listings::{Catalog, RobotList};
 use crate::schemas::datasets::OpenDocument;
 use crate::schemas::values::PathText;
 
