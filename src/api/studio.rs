@@ -195,7 +195,7 @@ fn media_type(path: &str) -> &'static str {
 mod tests {
     use super::*;
 
-    static SOME: &[File] = &[
+    static SOME: [File; 5] = [
         File {
             path: "assets/app-1a.js",
             plain: Some(Form::new(b"plain")),
@@ -230,7 +230,7 @@ mod tests {
             ("favicon.ico", None),
             ("../Cargo.toml", None),
         ] {
-            assert_eq!(find(SOME, path).map(|file| file.path), expected, "{path:?}");
+            assert_eq!(find(&SOME, path).map(|file| file.path), expected, "{path:?}");
         }
         assert_eq!(find(&[], "scenes").map(|file| file.path), Some(SHELL));
     }
@@ -245,7 +245,7 @@ mod tests {
             ("br", "assets/physics-worker-2b.js", ""),
             ("identity", "assets/engine-3c.wasm", "gzip"),
         ] {
-            let file = find(SOME, path).expect("a file");
+            let file = find(&SOME, path).expect("a file");
             let response = respond(file, &accepting(accepted));
             let sent = response
                 .headers()
@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn each_form_has_its_tag_and_assets_never_change() {
-        let app = find(SOME, "assets/app-1a.js").expect("a file");
+        let app = find(&SOME, "assets/app-1a.js").expect("a file");
         let first = respond(app, &accepting("br"));
         let tag = first.headers()[header::ETAG].clone();
         assert_ne!(respond(app, &accepting("gzip")).headers()[header::ETAG], tag);
@@ -266,7 +266,7 @@ mod tests {
         let mut again = accepting("br");
         again.insert(header::IF_NONE_MATCH, tag);
         assert_eq!(respond(app, &again).status(), StatusCode::NOT_MODIFIED);
-        let shell = respond(find(SOME, "").expect("a file"), &HeaderMap::new());
+        let shell = respond(find(&SOME, "").expect("a file"), &HeaderMap::new());
         assert_eq!(shell.headers()[header::CACHE_CONTROL], "no-cache");
         assert_eq!(shell.headers()[header::CONTENT_TYPE], "text/html; charset=utf-8");
     }
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn only_the_worker_with_the_engine_may_make_functions_from_text() {
         for (path, may) in [("assets/physics-worker-2b.js", true), ("assets/app-1a.js", false), ("", false)] {
-            let response = respond(find(SOME, path).expect("a file"), &HeaderMap::new());
+            let response = respond(find(&SOME, path).expect("a file"), &HeaderMap::new());
             let policy = response.headers()[header::CONTENT_SECURITY_POLICY].to_str().expect("ASCII");
             assert_eq!(policy.contains("'unsafe-eval'"), may, "{path:?}");
         }
