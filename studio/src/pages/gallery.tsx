@@ -3,7 +3,7 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { useEvents } from '../api/events';
 import { getJson, withQuery } from '../api/fetch';
 import type { Scene, SceneFacets, ScenePage } from '../api/types';
-import { ago, count, percent } from '../format';
+import { ago, count } from '../format';
 import { type Filter, FILTERS, filterOf, label, searchOf } from '../gallery/filters';
 import { useShortcuts } from '../keys';
 import { useLoad } from '../load';
@@ -177,7 +177,6 @@ function Card({ scene, current, onFocus }: { scene: Scene; current: boolean; onF
       <p class="row hint number">
         <span>
         {scene.summary?.objects !== undefined && count(scene.summary.objects, 'object')}
-        {scene.metrics?.dss_aligned !== undefined && `, DSS aligned ${percent(scene.metrics.dss_aligned)}`}
         {scene.labels[review.NOTE] && <em title={scene.labels[review.NOTE]}>, “{scene.labels[review.NOTE]}”</em>}
         </span>
         <span class="spring" />

@@ -128,7 +128,8 @@ export class Viewer {
 
   #light(plain: boolean): void {
     const sun = new DirectionalLight(0xffffff, plain ? 2 : 1.8);
-    sun.position.set(-0.8, -1.2, 2.2);
+    // As in the reference images, from the right and behind.
+    sun.position.set(0.7, 0.5, 2);
     if (plain) {
       this.#world.add(new HemisphereLight(0xffffff, 0x998877, 1.4));
     } else {
