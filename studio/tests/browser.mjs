@@ -1,6 +1,6 @@
 // A server with the page, and a browser, for tests. `STUDIO_URL` names a server that runs already; else the program
 // `TABLETOPGEN` (or `target/release/tabletopgen`) is started with temporary data. `CHROMIUM` names the browser.
-import { spawn } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -8,11 +8,12 @@ import { chromium } from 'playwright-core';
 
 const axe = readFileSync(new URL('../node_modules/axe-core/axe.min.js', import.meta.url), 'utf8');
 
-async function startServer() {
-  if (process.env.STUDIO_URL) return { url: process.env.STUDIO_URL, stop: async () => {} };
+/** Address of a running server, or one of a program with `settings` and keys of the given scopes. */
+async function startServer(settings, scopes) {
+  if (process.env.STUDIO_URL && !settings.length) return { url: process.env.STUDIO_URL, keys: [], stop: async () => {} };
   const program = process.env.TABLETOPGEN ?? new URL('../../target/release/tabletopgen', import.meta.url).pathname;
   const data = mkdtempSync(join(tmpdir(), 'studio-'));
-  const server = spawn(program, ['serve', '--listen', '127.0.0.1:0', '--data-dir', data, '--json'], {
+  const server = spawn(program, ['serve', '--listen', '127.0.0.1:0', '--data-dir', data, '--json', ...settings.flatMap((setting) => ['--set', setting])], {
     stdio: ['ignore', 'pipe', 'inherit'],
   });
   const ended = new Promise((resolve) => server.on('exit', resolve));
@@ -26,8 +27,10 @@ async function startServer() {
       if (found) resolve(found[0]);
     });
   });
+  const make = (list) => execFileSync(program, ['keys', 'create', '--name', 'test', '--scopes', list, '--data-dir', data], { encoding: 'utf8' });
   return {
     url,
+    keys: scopes.map((list) => /tt_\S+/.exec(make(list))[0]),
     async stop() {
       server.kill('SIGTERM');
       await ended;
@@ -37,8 +40,8 @@ async function startServer() {
 }
 
 /** Starts both. `page(options)` opens an address of the page, and keeps what goes wrong there in `faults`. */
-export async function start(args = []) {
-  const server = await startServer();
+export async function start({ args = [], settings = [], scopes = [] } = {}) {
+  const server = await startServer(settings, scopes);
   const browser = await chromium.launch({
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
     args: [
@@ -77,6 +80,7 @@ export async function start(args = []) {
   };
   return {
     url: server.url,
+    keys: server.keys,
     open,
     async stop() {
       await browser.close();

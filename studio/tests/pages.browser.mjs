@@ -299,7 +299,7 @@ for (const [name, options] of [
 }
 
 test('without WebGL an image stands in for the model', async () => {
-  const other = await start(['--disable-3d-apis', '--disable-webgl', '--disable-webgl2']);
+  const other = await start({ args: ['--disable-3d-apis', '--disable-webgl', '--disable-webgl2'] });
   try {
     const { id } = process.env.STUDIO_URL ? scene : await makeScene(other.url, { text: 'A desk with a mug', seed: 1 });
     const { page } = await other.open(`/scenes/${id}`);

@@ -42,11 +42,7 @@ async function refusal(response: Response): Promise<Refusal> {
   try {
     const problem = JSON.parse(text);
     const title = String(problem.title ?? response.statusText);
-    const code =
-      String(problem.type ?? '')
-        .split(/[/:#]/)
-        .pop() ?? '';
-    return new Refusal(response.status, code, title, String(problem.detail ?? title), problem.errors ?? []);
+    return new Refusal(response.status, String(problem.code ?? ''), title, String(problem.detail ?? title), problem.errors ?? []);
   } catch {
     const detail = `The server answered ${response.status} ${response.statusText} without a reason.`;
     return new Refusal(response.status, '', response.statusText, detail, []);
