@@ -34,6 +34,9 @@ export function listenToKeys(): void {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
     const target = event.target as HTMLElement;
     if (target.closest('input:not([type=checkbox]):not([type=range]), textarea, select, dialog[open], [contenteditable]')) return;
+    // Controls have keys of their own.
+    if (['Enter', ' '].includes(event.key) && target.closest('a, button, summary, input')) return;
+    if (event.key.startsWith('Arrow') && target.closest('input')) return;
     const shortcut = [...shortcuts.value]
       .reverse()
       .concat(EVERYWHERE)

@@ -50,7 +50,7 @@ export default function Gallery() {
         {facets.value && <span class="hint">{count(facets.value.total, 'scene')}</span>}
         <span class="spring" />
         <span class="hint keys-hint">
-          Review with <kbd>n</kbd> <kbd>a</kbd> <kbd>r</kbd> <kbd>o</kbd>
+          <kbd>n</kbd> next, <kbd>a</kbd> accept, <kbd>r</kbd> reject, <kbd>o</kbd> note
         </span>
       </header>
       <div class="with-side">
