@@ -35,7 +35,7 @@ import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { getJson } from '../api/fetch';
 import { fixed } from '../format';
-import type { Pose, SceneDocument } from './documents';
+import type { SceneDocument } from './documents';
 
 Object3D.DEFAULT_UP.set(0, 0, 1);
 
@@ -63,14 +63,21 @@ interface Hull {
   triangles: [number, number, number][];
 }
 
+/** A part of the drawing that clicks pass through. */
+function notPicked<T extends Object3D>(part: T): T {
+  part.raycast = () => {};
+  return part;
+}
+
 function drawnHull(hull: Hull, index: number): Group {
   const geometry = new BufferGeometry().setAttribute('position', new Float32BufferAttribute(hull.points.flat(), 3));
   geometry.setIndex(hull.triangles.flat());
   // Neighbors get colors far from each other.
   const color = new Color().setHSL((index * 0.381) % 1, 0.75, 0.55);
-  const edges = new LineSegments(new EdgesGeometry(geometry, 12), new LineBasicMaterial({ color, depthTest: false, transparent: true }));
+  const edges = notPicked(new LineSegments(new EdgesGeometry(geometry, 12), new LineBasicMaterial({ color, depthTest: false, transparent: true })));
   edges.renderOrder = 4;
-  const fill = new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: 0.16, depthWrite: false }));
+  const fill = notPicked(new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: 0.16, depthWrite: false })));
+  fill.userData.isHull = true;
   geometry.computeBoundingBox();
   const group = new Group().add(edges, fill);
   group.userData.center = geometry.boundingBox!.getCenter(new Vector3());
@@ -87,7 +94,8 @@ export class Viewer {
   readonly #bodies = new Map<string, Object3D>();
   readonly #rest = new Map<string, { position: Vector3; quaternion: Rotation }>();
   readonly #hulls = new Map<string, Group>();
-  readonly #marks = new Group();
+  readonly #mass = new Group();
+  readonly #outlines: LineSegments[] = [];
   readonly #grid = new Group();
   readonly #ghosts = new Group();
   readonly #measure = new Group();
@@ -116,7 +124,7 @@ export class Viewer {
     const color = (name: string) => new Color(style.getPropertyValue(name).trim() || '#888');
     this.#colors = { accent: color('--accent'), bad: color('--bad'), hull: color('--warn') };
     this.#light(plainLight);
-    this.#world.add(this.#marks, this.#grid, this.#ghosts, this.#measure);
+    this.#world.add(this.#mass, this.#grid, this.#ghosts, this.#measure);
     this.#controls = new OrbitControls(this.#camera, this.#renderer.domElement);
     this.#controls.maxPolarAngle = Math.PI * 0.95;
     this.#controls.addEventListener('change', () => this.invalidate());
@@ -174,10 +182,6 @@ export class Viewer {
     this.invalidate();
   }
 
-  get names(): string[] {
-    return [...this.#bodies.keys()];
-  }
-
   /** The camera of the reference image. */
   referenceView(): void {
     const camera = this.#scene?.camera;
@@ -207,7 +211,7 @@ export class Viewer {
     this.#locked = locked;
     this.#controls.enabled = !locked;
     if (locked) this.referenceView();
-    this.#marks.visible = !locked;
+    for (const mark of [this.#mass, ...this.#outlines]) mark.visible = !locked;
     this.#grid.visible = this.#grid.visible && !locked;
     this.invalidate();
   }
@@ -278,31 +282,33 @@ export class Viewer {
   }
 
   #outline(name: string, color: Color): void {
-    const body = this.#bodies.get(name);
-    if (!body) return;
-    const lines = new Group();
-    body.updateMatrixWorld(true);
-    body.traverse((node) => {
-      if (!(node instanceof Mesh)) return;
-      const edges = new LineSegments(
-        new EdgesGeometry(node.geometry, 30),
-        new LineBasicMaterial({ color, depthTest: false, transparent: true, opacity: 0.9 }),
-      );
-      edges.applyMatrix4(node.matrixWorld);
+    const meshes: Mesh[] = [];
+    this.#bodies.get(name)?.traverse((node) => node instanceof Mesh && !node.userData.isHull && meshes.push(node));
+    for (const mesh of meshes) {
+      const material = new LineBasicMaterial({ color, depthTest: false, transparent: true, opacity: 0.9 });
+      const edges = notPicked(new LineSegments(new EdgesGeometry(mesh.geometry, 30), material));
       edges.renderOrder = 5;
-      lines.add(edges);
-    });
-    this.#marks.add(lines);
+      edges.visible = !this.#locked;
+      // Below its mesh it moves along with the body.
+      mesh.add(edges);
+      this.#outlines.push(edges);
+    }
   }
 
   #redrawMarks(): void {
-    this.#marks.traverse((node) => node instanceof LineSegments && node.geometry.dispose());
-    this.#marks.clear();
-    for (const name of this.#accused) if (name !== this.#selected) this.#outline(name, this.#colors.bad);
-    if (this.#selected) {
-      this.#outline(this.#selected, this.#accused.has(this.#selected) ? this.#colors.bad : this.#colors.accent);
-      this.#drawMass(this.#selected);
+    for (const edges of this.#outlines.splice(0)) {
+      edges.removeFromParent();
+      edges.geometry.dispose();
     }
+    for (const name of this.#accused) if (name !== this.#selected) this.#outline(name, this.#colors.bad);
+    if (this.#selected) this.#outline(this.#selected, this.#accused.has(this.#selected) ? this.#colors.bad : this.#colors.accent);
+    this.#redrawMass();
+  }
+
+  #redrawMass(): void {
+    this.#mass.traverse((node) => node instanceof Mesh && node.geometry.dispose());
+    this.#mass.clear();
+    if (this.#selected) this.#drawMass(this.#selected);
     this.invalidate();
   }
 
@@ -331,7 +337,7 @@ export class Viewer {
       Object.assign(part.material, { depthTest: false, transparent: true });
       part.renderOrder = 6;
     }
-    this.#marks.add(point, arrow);
+    this.#mass.add(point, arrow);
   }
 
   /** Lines every 10 cm on the table top, and a ruler in centimeters along its front and left edge. */
@@ -422,8 +428,7 @@ export class Viewer {
       body.position.set(poses[at]!, poses[at + 1]!, poses[at + 2]!);
       body.quaternion.set(poses[at + 4]!, poses[at + 5]!, poses[at + 6]!, poses[at + 3]!);
     });
-    if (this.#selected || this.#accused.size) this.#redrawMarks();
-    this.invalidate();
+    this.#redrawMass();
   }
 
   /** Moves all bodies back to the poses of the file. */
@@ -433,17 +438,7 @@ export class Viewer {
       body.position.copy(pose.position);
       body.quaternion.copy(pose.quaternion);
     }
-    this.#redrawMarks();
-  }
-
-  /** Largest difference of the drawn poses from those of `scene.json`, meters; a check of frames for tests. */
-  poseError(poses: Map<string, Pose>): number {
-    let largest = 0;
-    for (const [name, pose] of poses) {
-      const body = this.#bodies.get(name);
-      if (body) largest = Math.max(largest, body.getWorldPosition(new Vector3()).distanceTo(new Vector3(...pose.translation_m)));
-    }
-    return largest;
+    this.#redrawMass();
   }
 
   /** While it is on, two clicks measure a distance. */
