@@ -1,4 +1,4 @@
-//! Checks of the source tree that Cargo cannot express: imports, file forms, comment widths and words.
+//! Checks of the source tree that Cargo cannot express: imports, file forms, comment widths, words and sentences.
 //!
 //! The crate reads every source file and document as text. It has no dependency, so a change of any other crate never
 //! makes it compile again. `tests/checks` applies the rules to the whole tree; the binary lists findings file by file:
@@ -28,6 +28,7 @@ pub mod settings;
 pub mod width;
 pub mod doc_openings;
 pub mod document_paths;
+pub mod sentences;
 pub mod words;
 pub mod allowed;
 pub mod signatures;

@@ -16,6 +16,7 @@ mod import_reader;
 mod word_reader;
 mod doc_openings;
 mod document_paths;
+mod sentences;
 mod signatures;
 mod single_places;
 
