@@ -1,9 +1,11 @@
 """Runs the commands of the documents as they are printed, against the program and a server of it.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.documents [--target-dir target] [--program target/debug/tabletopgen]
+    PYTHONPATH=python python3 -m tabletopgen_checks.documents [--target-dir target] [--program target/debug/tabletopgen] \\
+        [--only docs/tutorial.md]
 
-A fence that begins with ```sh or ```python runs; `sh exit=1` ends with that code. A fence ```output holds the whole
-output of the fence before; a line `...` in it stands for any lines. A fence ```toml file=NAME is that file; ```nginx
+A fence that begins with ```sh or ```python runs; `sh exit=1` ends with that code, and `sh slow` takes minutes, so that
+`make test` leaves it out. A fence ```output holds the whole output of the fence before; a line `...` in it stands for any
+lines, and N for any number. A fence ```toml file=NAME is that file; ```nginx
 the configuration of a proxy in front of a server. Documents of a group run one after the other in one shell and one
 folder, so that a later one may use the scenes and variables of an earlier one. `localhost:8080` is the server;
 other ports of PORTS are free ones, and what still runs at the end is ended.
@@ -30,16 +32,18 @@ from tabletopgen_checks.service.postgres import free_port
 from tabletopgen_checks.service.server import Server
 
 GROUPS = [
-    ["README.md"],
+    ["README.md", "docs/tutorial.md"],
     ["docs/user_guide.md", "docs/tasks.md", "docs/episodes.md", "docs/robots.md", "docs/datasets.md", "docs/operations.md"],
 ]
 # Document and first line of a fence, and why it does not run.
 LEFT_OUT = {
-    ("README.md", "make demo    # builds, starts the server, makes one scene from a sentence and one from an image, unpacks both to out/"):
-        "`make test` is what runs these fences",
+    ("README.md", "make build   # target/release/tabletopgen; needs a Rust toolchain, a C and C++ compiler and make"):
+        "`make test` builds, too",
+    ("README.md", "make test    # formatting, lints, all tests; then independent programs judge sample scenes"):
+        "it is what runs these fences",
     ("docs/user_guide.md", "curl -s localhost:8080/webhooks -H 'content-type: application/json' \\"):
         "would send to example.org; tests/it/api/webhooks.rs sends",
-    ("README.md", "make wheel"): "the tests of clients/python install the wheel",
+    ("README.md", 'pip install "$(echo target/wheel/tabletopgen-*.whl)[mujoco]"'): "the tests of clients/python install the wheel",
     ("docs/user_guide.md", "tabletopgen-lab evaluate --set layout --difficulty clean      "
      "# 78 scenes: yaw, position, scale against ground truth"):
         "takes hours; the bars run them",
@@ -69,8 +73,8 @@ COMMAND = re.compile(
 # Ports of servers that commands of the documents start, and that of the proxy.
 PROXY_PORT = "4180"
 PORTS = ("8090", "8091", PROXY_PORT)
-# A fence that takes longer hangs.
-SECONDS = 300
+# A group that takes longer hangs.
+GROUP_SECONDS = 1800
 
 
 @dataclass
@@ -90,6 +94,10 @@ class Fence:
     def exit_code(self) -> int:
         found = re.search(r"exit=(\d+)", self.options)
         return int(found.group(1)) if found else 0
+
+    @property
+    def is_slow(self) -> bool:
+        return "slow" in self.options.split()
 
     @property
     def place(self) -> str:
@@ -133,6 +141,16 @@ def is_run(fence: Fence) -> bool:
     return fence.language in ("sh", "python") and (fence.document, fence.first) not in LEFT_OUT
 
 
+def without_slow(every: list) -> list:
+    """The fences that `make test` runs, each with its output."""
+    kept = []
+    for fence, before in zip(every, [None, *every]):
+        is_output_of_slow = fence.language == "output" and before is not None and before.is_slow
+        if not fence.is_slow and not is_output_of_slow:
+            kept.append(fence)
+    return kept
+
+
 def script(every: list, folder: Path) -> str:
     """The fences as one script; each leaves its output and errors in `folder`, and the last one begun is in `begun`."""
     lines = ["set -o pipefail"]
@@ -157,9 +175,9 @@ def script(every: list, folder: Path) -> str:
 
 
 def same(expected: str, found: str) -> bool:
-    """Whether an output is the printed one, in which a line `...` stands for any lines."""
+    """Whether an output is the printed one, in which a line `...` stands for any lines and N for any number."""
     parts = re.split(r"(?m)^\.\.\.\n", f"{expected.rstrip()}\n")
-    pattern = "(?:.*\n)*".join(re.escape(part) for part in parts)
+    pattern = "(?:.*\n)*".join(re.sub(r"\bN\b", r"[0-9.]+", re.escape(part)) for part in parts)
     return re.fullmatch(pattern, f"{found.rstrip()}\n") is not None
 
 
@@ -171,7 +189,8 @@ def run(every: list, program: Path, work: Path) -> float:
     for name in ("tabletopgen", "tabletopgen-lab"):
         for place in (home / "bin", home / "target/release"):
             (place / name).symlink_to(program.with_name(name))
-    (home / "docs").symlink_to(ROOT / "docs")
+    for name in ("docs", "tests"):
+        (home / name).symlink_to(ROOT / name)
     # An answer that is an error ends a command; as they are printed they show it.
     (work / ".curlrc").write_text("fail-with-body\n", encoding="utf-8")
     with Server(program, home / "data", work / "log") as server, contextlib.ExitStack() as stack:
@@ -213,7 +232,7 @@ def run_shell(words: str, home: Path, environment: dict):
     """The exit code of a script; None where it takes too long. What it left running is ended."""
     process = subprocess.Popen(["bash", "-c", words], cwd=home, env=environment, stdin=subprocess.DEVNULL, start_new_session=True)
     try:
-        return process.wait(SECONDS * 4)
+        return process.wait(GROUP_SECONDS)
     except subprocess.TimeoutExpired:
         return None
     finally:
@@ -222,7 +241,7 @@ def run_shell(words: str, home: Path, environment: dict):
         process.wait()
 
 
-def check(program: Path, groups: list) -> str:
+def check(program: Path, groups: list, with_slow: bool = False) -> str:
     """A line about the documents of some groups; a problem for the first command that fails, and for fences of any
     document that neither run nor are left out."""
     every = {name: fences(name, (ROOT / name).read_text(encoding="utf-8")) for group in GROUPS for name in group}
@@ -231,6 +250,7 @@ def check(program: Path, groups: list) -> str:
     ran, cpu_s = 0, 0.0
     for group in groups:
         of_group = [fence for name in group for fence in every[name]]
+        of_group = of_group if with_slow else without_slow(of_group)
         with tempfile.TemporaryDirectory(prefix="tabletopgen-documents-") as work:
             began = time.monotonic()
             used = run(of_group, program.resolve(), Path(work))
@@ -244,9 +264,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Run the commands of the documents.")
     parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
     parser.add_argument("--program", type=Path)
+    parser.add_argument("--only", choices=[name for group in GROUPS for name in group], help="run the group of this document")
     given = parser.parse_args()
+    groups = [group for group in GROUPS if given.only in (None, *group)]
     try:
-        print(check(given.program or given.target_dir / "debug" / "tabletopgen", GROUPS))
+        print(check(given.program or given.target_dir / "debug" / "tabletopgen", groups, with_slow=True))
     except Problem as problem:
         print(problem, file=sys.stderr)
         return 1

@@ -47,6 +47,13 @@ class Reading(unittest.TestCase):
         with self.assertRaises(Problem):
             documented.fences("guide.md", "```sh\necho")
 
+    def test_slow_fences_are_left_out_with_their_outputs(self):
+        every = documented.fences("guide.md", TEXT.replace("```sh\n", "```sh slow exit=2\n"))
+        self.assertEqual((every[0].is_slow, every[0].exit_code), (True, 2))
+        kept = documented.without_slow(every)
+        self.assertEqual([fence.language for fence in kept], ["sh", "python", "", "json"])
+        self.assertEqual(documented.without_slow(kept), kept)
+
     def test_commands_run_or_are_left_out_for_a_reason(self):
         every = documented.fences("guide.md", TEXT)
         reason = {("guide.md", "tabletopgen serve"): "it does not end"}
@@ -78,6 +85,8 @@ class Reading(unittest.TestCase):
         self.assertTrue(documented.same("...\nc", "a\nc\n"))
         self.assertFalse(documented.same("a\n...", "b\na\n"))
         self.assertFalse(documented.same("a.c", "abc\n"))
+        self.assertTrue(documented.same("N of NaN in N s", "12 of NaN in 3.5 s\n"))
+        self.assertFalse(documented.same("N s", "many s\n"))
 
 
 class Running(unittest.TestCase):
