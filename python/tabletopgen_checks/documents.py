@@ -1,14 +1,14 @@
 """Runs the commands of the documents as they are printed, against the program and a server of it.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.documents [--target-dir target] [--program target/debug/tabletopgen] \\
-        [--only docs/tutorial.md]
+    PYTHONPATH=python python3 -m tabletopgen_checks.documents [--target-dir target] \\
+        [--program target/debug/tabletopgen] [--only docs/tutorial.md]
 
 A fence that begins with ```sh or ```python runs; `sh exit=1` ends with that code, and `sh slow` takes minutes, so that
-`make test` leaves it out. A fence ```output holds the whole output of the fence before; a line `...` in it stands for any
-lines, and N for any number. A fence ```toml file=NAME is that file; ```nginx
-the configuration of a proxy in front of a server. Documents of a group run one after the other in one shell and one
-folder, so that a later one may use the scenes and variables of an earlier one. `localhost:8080` is the server;
-other ports of PORTS are free ones, and what still runs at the end is ended.
+`make test` leaves it out. A fence ```output holds the whole output of the fence before; a line `...` in it stands for
+any lines, and N for any number. A fence ```toml file=NAME is that file; ```nginx the configuration of a proxy in front
+of a server. Documents of a group run one after the other in one shell and one folder, so that a later one may use the
+scenes and variables of an earlier one. `localhost:8080` is the server; other ports of PORTS are free ones, and what
+still runs at the end is ended.
 
 A fence of commands without a language is listed in LEFT_OUT with the reason why it does not run.
 """
