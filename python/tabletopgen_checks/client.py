@@ -23,13 +23,19 @@ CLIENT = ROOT / "clients" / "python"
 
 
 def check(target: Path, program: Path, sentences: int = 30) -> str:
-    """Types by mypy and pyright, and the tests against the program."""
+    """Types by mypy and pyright, and the tests against the program, with the share of the package that they run."""
     python = environment_of(target, "client", CLIENT / "requirements.txt") / "bin/python"
     # Without the variable pyright asks on the network whether there is a later version.
     variables = os.environ | {"PYRIGHT_PYTHON_IGNORE_WARNINGS": "1", "TABLETOPGEN_PROGRAM": str(program.resolve())}
     run([python.with_name("mypy"), "--cache-dir", target / "client" / "mypy"])
     run([python.with_name("pyright"), "--pythonpath", python], variables)
-    return run([python, "-m", "pytest", "--quiet", "--sentences", sentences], variables).splitlines()[-1].strip("= ")
+    measured = variables | {"COVERAGE_FILE": str(target / "client" / "coverage" / "data")}
+    shutil.rmtree(target / "client" / "coverage", ignore_errors=True)
+    coverage = [python, "-m", "coverage"]
+    tests = run([*coverage, "run", "-m", "pytest", "--quiet", "--sentences", sentences], measured).splitlines()[-1].strip("= ")
+    run([*coverage, "combine", "--quiet"], measured)
+    run([*coverage, "report", "--skip-covered", "--show-missing"], measured)
+    return f"{tests}; {run([*coverage, 'report', '--format=total'], measured).strip()} % of lines and branches run"
 
 
 def generate(target: Path) -> str:

@@ -6,16 +6,19 @@ import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tabletopgen import Client, Scene
+from tabletopgen import Client, Recording, Scene
 
 SENTENCE = "A desk with a mug and an apple"
 # For programs that tests start.
 os.environ["PYTHONPATH"] = str(Path(__file__).resolve().parent.parent / "src")
 # A disk that loses power is not what is tested.
 SETTINGS = {"store.fsync": "false"}
+# Little work for the renderer.
+SMALL_RECORDING: dict[str, Any] = {"size_px": 64, "cameras": ["front"]}
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -45,3 +48,9 @@ def client(program: Path) -> Iterator[Client]:
 def made(client: Client) -> Scene:
     """A finished scene."""
     return client.generate(SENTENCE, seed=7, labels={"made": "once"}).wait()
+
+
+@pytest.fixture(scope="session")
+def recorded(made: Scene) -> Recording:
+    """A finished recording of one episode."""
+    return made.record("lift the apple", 1, formats=["lerobot-v3.0"], record=SMALL_RECORDING).wait()

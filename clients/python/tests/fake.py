@@ -77,7 +77,7 @@ def scene(state: str = "pending", **more: Any) -> dict[str, Any]:
         "updated_at": AT,
         "request": {"version": 1, "input": {"kind": "text", "text": "a mug"}, "seed": 7, "options": {}},
         "job": job(),
-        "links": {"self": "/", "bundle": "/", "artifacts": "/", "events": None},
+        "links": {**dict.fromkeys(("self", "bundle", "files", "preview", "artifacts"), "/"), "events": None},
         **more,
     }
 
@@ -117,7 +117,7 @@ class Fake:
                 self.wfile.write(answer.body if answer.cut is None else answer.body[: answer.cut])
                 self.close_connection = answer.cut is not None
 
-            do_GET = do_POST = do_PATCH = do_DELETE = handle_one
+            do_GET = do_POST = do_PUT = do_PATCH = do_DELETE = handle_one
 
             def log_message(self, format: str, *arguments: Any) -> None:
                 pass

@@ -89,7 +89,7 @@ def test_no_server_is_an_error_that_names_it() -> None:
 
 
 def test_a_slow_answer_is_given_up_and_asked_for_again() -> None:
-    version = {"name": "tabletopgen", "version": "1"}
+    version = {"name": "tabletopgen", "version": "1", "studio": False}
     fake = Fake([Answer(200, b"{}", delay_secs=3), as_json(version)])
     with fake, Client(fake.url, timeout_secs=0.3) as client:
         assert client.version().version == "1"

@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from typing import Any
 
 import PIL.Image
 import pytest
@@ -30,7 +31,7 @@ def spoken(folder: Path, talk: Callable[[ClientSession], Awaitable[None]]) -> No
     asyncio.run(run())
 
 
-def document(result: CallToolResult):
+def document(result: CallToolResult) -> Any:
     assert not result.is_error, result
     return json.loads(text(result))
 
@@ -46,7 +47,7 @@ def picture(result: CallToolResult) -> PIL.Image.Image:
     return PIL.Image.open(io.BytesIO(base64.b64decode(found.data)))
 
 
-def test_a_scene_is_made_edited_looked_at_and_acted_in(tmp_path: Path):
+def test_a_scene_is_made_edited_looked_at_and_acted_in(tmp_path: Path) -> None:
     async def talk(session: ClientSession) -> None:
         tools = {tool.name: tool for tool in (await session.list_tools()).tools}
         assert {"generate", "edit", "inspect", "tasks", "execute", "episodes"} <= set(tools)
@@ -82,7 +83,7 @@ def test_a_scene_is_made_edited_looked_at_and_acted_in(tmp_path: Path):
         ("execute", {"scene": "secret", "task": "secret/scene.json", "out": "run"}, "there is no secret"),
     ],
 )
-def test_what_will_not_do_is_an_answer_that_says_why(tmp_path: Path, tool: str, given: dict, says: str):
+def test_what_will_not_do_is_an_answer_that_says_why(tmp_path: Path, tool: str, given: dict[str, str], says: str) -> None:
     (tmp_path / "secret").mkdir()
     (tmp_path / "secret" / "scene.json").write_text('"secret"')
 

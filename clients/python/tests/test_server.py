@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from conftest import SENTENCE, SETTINGS
-from tabletopgen import AsyncClient, Client, Scene, errors
+from tabletopgen import AsyncClient, Client, Recording, Scene, errors
 from tabletopgen._sync.connection import digest_of
 
 mujoco: Any = importlib.import_module("mujoco")
@@ -62,6 +62,20 @@ def test_its_artifacts_come_as_what_they_are(made: Scene) -> None:
     assert made.artifact(document) == json.loads(made.artifact_bytes(document))
 
 
+def test_the_files_of_its_bundle_are_read_one_by_one(made: Scene) -> None:
+    files = {file.name: file for file in made.files()}
+    assert {"scene.json", "report.html", "mjcf/scene.xml", "glb/scene.glb"} <= set(files)
+    content = made.file_bytes("glb/mug_1.glb")
+    assert hashlib.sha256(content).hexdigest() == files["glb/mug_1.glb"].sha256
+    assert {instance["name"] for instance in made.file("scene.json")["instances"]} == {"mug_1", "apple_1"}
+    with pytest.raises(errors.NotFoundError):
+        made.file("no/such.file")
+
+
+def test_its_preview_is_as_wide_as_asked(made: Scene) -> None:
+    assert [made.preview(width).size for width in (160, 320, 640)] == [(160, 120), (320, 240), (640, 480)]
+
+
 def test_its_events_can_be_read_again_from_any_of_them(made: Scene) -> None:
     events = list(made.events())
     assert (events[0].kind, events[-1].kind) == ("job_queued", "job_succeeded")
@@ -71,7 +85,7 @@ def test_its_events_can_be_read_again_from_any_of_them(made: Scene) -> None:
 
 def test_it_is_a_card_in_a_notebook(made: Scene) -> None:
     card = made._repr_html_()
-    assert made.id in card and "pass" in card and "data:image/png;base64," in card
+    assert made.id in card and "pass" in card and "data:image/jpeg;base64," in card, "the render"
     assert "<script" not in card
 
 
@@ -167,15 +181,13 @@ def test_a_task_that_cannot_be_attempted_says_why(made: Scene) -> None:
     assert refused.value.code and refused.value.status in (409, 422)
 
 
-def test_a_recording_becomes_a_dataset_for_lerobot(made: Scene, tmp_path: Path) -> None:
-    small = {"size_px": 64, "cameras": ["front"]}
-    recording = made.record("lift the apple", 1, formats=["lerobot-v3.0"], record=small).wait()
-    assert (recording.state, recording.formats, recording.data.attempts.get("success")) == ("finished", ["lerobot-v3.0"], 1)
-    root = recording.to_lerobot(tmp_path)
+def test_a_recording_becomes_a_dataset_for_lerobot(recorded: Recording, tmp_path: Path) -> None:
+    assert (recorded.state, recorded.formats, recorded.data.attempts.get("success")) == ("finished", ["lerobot-v3.0"], 1)
+    root = recorded.to_lerobot(tmp_path)
     assert json.loads((root / "meta" / "info.json").read_text())["total_episodes"] == 1
-    listed = {file.path.removeprefix("lerobot-v3.0/"): file.sha256 for file in recording.files()}
+    listed = {file.path.removeprefix("lerobot-v3.0/"): file.sha256 for file in recorded.files()}
     assert listed == {str(path.relative_to(root)): digest_of(path) for path in root.rglob("*") if path.is_file()}
-    assert [event.kind for event in recording.events()][-2:] == ["assembling", "finished"]
+    assert [event.kind for event in recorded.events()][-2:] == ["assembling", "finished"]
 
 
 def test_a_recording_is_followed_and_cancelled(client: Client, made: Scene) -> None:

@@ -16,12 +16,15 @@ from tabletopgen._async.dataset import AsyncDataset
 from tabletopgen._async.execution import AsyncExecution
 from tabletopgen._async.recording import AsyncRecording
 from tabletopgen._async.scene import AsyncScene
+from tabletopgen._async.webhook import AsyncWebhook
+from tabletopgen._filters import SceneFilters
 from tabletopgen._sync.batch import Batch
 from tabletopgen._sync.client import Client, Mapped
 from tabletopgen._sync.dataset import Dataset
 from tabletopgen._sync.execution import Execution
 from tabletopgen._sync.recording import Recording
 from tabletopgen._sync.scene import Scene
+from tabletopgen._sync.webhook import Webhook
 
 __version__ = "0.1.0"
 __all__ = [
@@ -32,6 +35,7 @@ __all__ = [
     "AsyncMapped",
     "AsyncRecording",
     "AsyncScene",
+    "AsyncWebhook",
     "Batch",
     "Client",
     "Dataset",
@@ -39,6 +43,8 @@ __all__ = [
     "Mapped",
     "Recording",
     "Scene",
+    "SceneFilters",
+    "Webhook",
     "errors",
     "models",
     "webhooks",

@@ -10,6 +10,7 @@ import secrets
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 from urllib.parse import quote
@@ -27,7 +28,7 @@ class Savable(Protocol):
 
 
 Image: TypeAlias = "str | Path | bytes | Savable"
-Query: TypeAlias = "Mapping[str, str | float | bool | None]"
+Query: TypeAlias = "Mapping[str, str | float | bool | datetime | None]"
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,15 @@ def post(
     if content is not None:
         headers["content-type"] = media_type
     return Request("POST", path, plain(query), headers, content, repeatable or key is not None)
+
+
+def patch(path: str, changes: Any) -> Request:
+    """A PATCH by JSON Merge Patch, which may arrive twice."""
+    return Request("PATCH", path, headers={"content-type": "application/merge-patch+json"}, content=dumped(changes))
+
+
+def delete(path: str, query: Query | None = None) -> Request:
+    return Request("DELETE", path, plain(query))
 
 
 def post_image(path: str, image: Image, request: Mapping[str, Any], key: str) -> Request:
@@ -111,7 +121,13 @@ def dumped(body: Any) -> bytes:
 
 def plain(query: Query | None) -> dict[str, str]:
     """Names and texts of a query, without those that are None."""
-    return {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in given(**query or {}).items()}
+    return {name: text_of(value) for name, value in given(**query or {}).items()}
+
+
+def text_of(value: str | float | bool | datetime) -> str:
+    if isinstance(value, datetime):
+        return value.isoformat()
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def escaped(name: str) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class SentEvent:
-    """One message of a stream."""
+    """One message of a stream. One without data only says where a stream begins."""
 
     id: str
     data: str
@@ -19,6 +19,7 @@ class Parser:
     def __init__(self) -> None:
         self.rest = b""
         self.id = ""
+        self.is_named = False
         self.data: list[str] = []
 
     def feed(self, piece: bytes) -> list[SentEvent]:
@@ -27,13 +28,13 @@ class Parser:
 
     def _line(self, line: str) -> SentEvent | None:
         if not line:
-            event = SentEvent(self.id, "\n".join(self.data)) if self.data else None
-            self.data = []
+            event = SentEvent(self.id, "\n".join(self.data)) if self.data or self.is_named else None
+            self.data, self.is_named = [], False
             return event
         name, _, value = line.partition(":")
         value = value.removeprefix(" ")
         if name == "data":
             self.data.append(value)
         elif name == "id":
-            self.id = value
+            self.id, self.is_named = value, True
         return None

@@ -9,17 +9,20 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Literal
 
 import httpx
+from typing_extensions import Unpack
 
 from tabletopgen import _requests, models
+from tabletopgen._async.administration import AsyncAdministration
 from tabletopgen._async.batch import AsyncBatch
 from tabletopgen._async.connection import AsyncConnection
 from tabletopgen._async.dataset import AsyncDataset
 from tabletopgen._async.execution import AsyncExecution
 from tabletopgen._async.recording import AsyncRecording
-from tabletopgen._async.scene import AsyncScene, scene_of
+from tabletopgen._async.scene import AsyncScene
+from tabletopgen._filters import SceneFilters, query_of
 from tabletopgen._local_server import LocalServer
 from tabletopgen._progress import Bar
 from tabletopgen._requests import Image, Query, Request, get, given, post, post_image
@@ -53,7 +56,7 @@ class AsyncMapped:
         return self.scene is not None and self.scene.ok
 
 
-class AsyncClient:
+class AsyncClient(AsyncAdministration):
     """A client of the server at `url`, with an API key; by default those of the environment variables `TABLETOPGEN_URL`
     and `TABLETOPGEN_API_KEY`.
 
@@ -97,17 +100,9 @@ class AsyncClient:
         """Ends connections, and the local server."""
         await self._connection.aclose()
 
-    async def version(self) -> models.Version:
-        """Name and version of the server's program."""
-        return await self._connection.ask(get("/version"), models.Version)
-
-    async def session(self) -> models.Session:
-        """The principal of the key, with tenant and scopes, and what the server accepts."""
-        return await self._connection.ask(get("/session"), models.Session)
-
     async def request(self, method: str, path: str, body: Any = None, query: Query | None = None) -> Any:
-        """The answer of any operation of the contract, as values of JSON: of those that have no method here, such as
-        `/keys` and `/webhooks`. A POST or PATCH whose answer is lost is not repeated."""
+        """The answer of any operation of the contract, as values of JSON: of those that have no method here. A
+        POST or PATCH whose answer is lost is not repeated."""
         headers = {"content-type": _requests.JSON if method != "PATCH" else "application/merge-patch+json"}
         content = None if body is None else _requests.dumped(body)
         repeatable = method not in ("POST", "PATCH")
@@ -145,7 +140,7 @@ class AsyncClient:
         )
         key = idempotency_key or _requests.new_key()
         request = post("/scenes", body, key=key) if image is None else post_image("/scenes", image, body, key)
-        return AsyncScene(self._connection, await self._connection.ask(request, models.Scene))
+        return await AsyncScene._asked(self._connection, request)
 
     async def validate(
         self,
@@ -161,22 +156,22 @@ class AsyncClient:
 
     async def scene(self, scene_id: str) -> AsyncScene:
         """The scene with this UUID."""
-        return await scene_of(self._connection, scene_id)
+        return await AsyncScene._of(self._connection, scene_id)
 
     async def scenes(
         self,
         *,
-        label: str | None = None,
-        state: str | None = None,
-        parent: str | None = None,
-        created_after: datetime | None = None,
+        sort: Literal["newest", "oldest"] | None = None,
+        **filters: Unpack[SceneFilters],
     ) -> AsyncIterator[AsyncScene]:
-        """Scenes, newest first; `label` is `key:value`."""
-        since = created_after.isoformat() if created_after else None
-        query = {"label": label, "state": state, "parent": parent, "created_after": since}
+        """Scenes that pass all `SceneFilters`, newest first unless `sort` says otherwise."""
         parse = models.ScenePage.model_validate_json
-        async for scene in self._connection.pages("/scenes", parse, lambda page: page.scenes, query):
+        async for scene in self._connection.pages("/scenes", parse, lambda page: page.scenes, {**query_of(filters), "sort": sort}):
             yield AsyncScene(self._connection, scene)
+
+    async def facets(self, **filters: Unpack[SceneFilters]) -> models.SceneFacets:
+        """How many scenes pass all `SceneFilters`, by state, verdict, kind, category and label."""
+        return await self._connection.ask(get("/scenes/facets", query_of(filters)), models.SceneFacets)
 
     async def map(
         self,
@@ -233,7 +228,7 @@ class AsyncClient:
             return None
 
     async def _submitted(self, body: Mapping[str, Any], key: str) -> AsyncScene:
-        return AsyncScene(self._connection, await self._connection.ask(post("/scenes", body, key=key), models.Scene))
+        return await AsyncScene._asked(self._connection, post("/scenes", body, key=key))
 
     async def _of_map(self, name: str) -> dict[str, AsyncScene]:
         """Scenes of earlier runs by their keys."""
@@ -267,11 +262,11 @@ class AsyncClient:
             query={"name": name, "budget_usd": budget_usd},
             media_type=_requests.JSON if requests is None else "application/jsonl",
         )
-        return AsyncBatch(self._connection, await self._connection.ask(request, models.Batch))
+        return await AsyncBatch._asked(self._connection, request)
 
     async def batch(self, batch_id: str) -> AsyncBatch:
         """The batch with this UUID."""
-        return AsyncBatch(self._connection, await self._connection.ask(get(f"/batches/{batch_id}"), models.Batch))
+        return await AsyncBatch._of(self._connection, batch_id)
 
     async def batches(self, *, state: str | None = None) -> AsyncIterator[AsyncBatch]:
         """Batches, newest first."""
@@ -297,12 +292,11 @@ class AsyncClient:
         are other fields of `DatasetSubmission`."""
         body = given(name=name, scenes=scenes, label=label, batch=batch, splits=splits, filter=filter, **more)
         request = post("/datasets", body, key=idempotency_key or _requests.new_key())
-        return AsyncDataset(self._connection, await self._connection.ask(request, models.Dataset))
+        return await AsyncDataset._asked(self._connection, request)
 
     async def dataset(self, dataset_id: str) -> AsyncDataset:
         """The version of a dataset with this UUID."""
-        data = await self._connection.ask(get(f"/datasets/{dataset_id}"), models.Dataset)
-        return AsyncDataset(self._connection, data)
+        return await AsyncDataset._of(self._connection, dataset_id)
 
     async def datasets(self, *, name: str | None = None, state: str | None = None) -> AsyncIterator[AsyncDataset]:
         """Versions of datasets, newest first."""
@@ -314,8 +308,7 @@ class AsyncClient:
 
     async def recording(self, recording_id: str) -> AsyncRecording:
         """The recording with this UUID."""
-        data = await self._connection.ask(get(f"/episodes/{recording_id}"), models.Recording)
-        return AsyncRecording(self._connection, data)
+        return await AsyncRecording._of(self._connection, recording_id)
 
     async def recordings(self, *, scene: str | None = None, state: str | None = None) -> AsyncIterator[AsyncRecording]:
         """Recordings, newest first."""
@@ -325,7 +318,7 @@ class AsyncClient:
 
     async def execution(self, execution_id: str) -> AsyncExecution:
         """The execution with this UUID."""
-        return AsyncExecution(self._connection, await self.job(execution_id))
+        return await AsyncExecution._of(self._connection, execution_id)
 
     async def job(self, job_id: str) -> models.Job:
         """The job with this UUID."""

@@ -64,6 +64,8 @@ class AsyncConnection:
         self.patience_secs = patience_secs
         self.progress = progress
         self.files = tempfile.TemporaryDirectory(prefix="tabletopgen-files-")
+        # What was unpacked there, by name.
+        self.kept: dict[str, Path] = {}
 
     async def address(self, path: str) -> str:
         """The URL of a path. A local server that does not run is started."""
@@ -83,6 +85,8 @@ class AsyncConnection:
                     headers=request.headers,
                     content=request.content,
                     timeout=request.timeout_secs or self.http.timeout,
+                    # A server may have files in a bucket, and send its address.
+                    follow_redirects=request.method == "GET",
                 )
                 if response.status_code < 400:
                     return response
@@ -122,9 +126,10 @@ class AsyncConnection:
                 return
 
     async def events(
-        self, path: str, model: type[M], is_last: Callable[[M], bool], after: int = 0, timeout_secs: float | None = None
+        self, path: str, model: type[M], is_last: Callable[[M], bool], after: int | None = 0, timeout_secs: float | None = None
     ) -> AsyncIterator[M]:
-        """Events as they happen, until their subject has ended. A stream that breaks off goes on after the last one."""
+        """Events as they happen, until their subject has ended; those to come where `after` is None. A stream that
+        breaks off goes on after the last one."""
         deadline = None if timeout_secs is None else time.monotonic() + timeout_secs
         request = Request("GET", path)
         attempts = Attempts(self.patience_secs, repeatable=True)
@@ -136,6 +141,8 @@ class AsyncConnection:
                         attempts.renew(is_progress=bool(piece))
                         for sent in piece:
                             after = int(sent.id)
+                            if not sent.data:
+                                continue
                             event = model.model_validate_json(sent.data)
                             yield event
                             if is_last(event):
@@ -153,9 +160,9 @@ class AsyncConnection:
         path = f"/jobs/{job_id}/events"
         return self.events(path, models.Event, lambda event: event.kind in JOB_ENDED, after, timeout_secs)
 
-    async def _stream(self, path: str, after: int, deadline: float | None) -> AsyncGenerator[list[SentEvent], None]:
+    async def _stream(self, path: str, after: int | None, deadline: float | None) -> AsyncGenerator[list[SentEvent], None]:
         """One stream, piece by piece. Raises a transport error where it ends before its subject has."""
-        headers = {"accept": STREAM, "last-event-id": str(after)}
+        headers = {"accept": STREAM} | ({} if after is None else {"last-event-id": str(after)})
         silence = STREAM_SILENCE_SECS
         if deadline is not None:
             silence = min(silence, max(0.05, deadline - time.monotonic()))
@@ -212,6 +219,10 @@ class AsyncConnection:
             archive = Path(place) / "archive"
             await self.download(path, archive, query or {}, is_tag_digest)
             return await io.blocking_call(unpack, archive, folder)
+
+    def place(self, name: str) -> Path:
+        """The path of a folder that is removed with the client."""
+        return Path(self.files.name) / name
 
     async def _piece(self, request: Request, partial: Path, begun: int) -> str:
         """Adds to a file what is missing; the `ETag` of the whole."""

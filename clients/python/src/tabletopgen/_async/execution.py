@@ -5,53 +5,38 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from pathlib import Path
 
+from typing_extensions import Self
+
 from tabletopgen import _archive, models
-from tabletopgen._async.connection import AsyncConnection
-from tabletopgen._progress import Bar
-from tabletopgen._requests import get, post
+from tabletopgen._async.resource import AsyncResource
+from tabletopgen._requests import get
 from tabletopgen.errors import WorkFailedError
 
 
-class AsyncExecution:
-    """An execution, which is a job of its own."""
+class AsyncExecution(AsyncResource[models.Job]):
+    """An execution, which is a job of its own and has its UUID."""
 
-    def __init__(self, connection: AsyncConnection, job: models.Job):
-        self._connection = connection
-        #: The job, as the server knew it when it was asked last.
-        self.job = job
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.id} {self.job.state}>"
-
-    @property
-    def id(self) -> str:
-        """The UUID of the execution, which is that of its job."""
-        return str(self.job.id)
-
-    async def refresh(self) -> AsyncExecution:
-        """The same execution, as it is now."""
-        self.job = await self._connection.ask(get(f"/jobs/{self.id}"), models.Job)
-        return self
+    _paths, _model = "/jobs", models.Job
 
     def events(self, after: int = 0, timeout_secs: float | None = None) -> AsyncIterator[models.Event]:
         """Events as they happen, until the execution has ended."""
         return self._connection.job_events(self.id, after, timeout_secs)
 
-    async def wait(self, timeout_secs: float | None = None, *, progress: bool | None = None) -> AsyncExecution:
+    async def wait(self, timeout_secs: float | None = None, *, progress: bool | None = None) -> Self:
         """The execution once it has ended. A task that was attempted in vain has a result like one that was done.
 
         Raises `WorkFailedError` where the execution was cancelled or could not go on, and `ApiError` with the reason
         for a task that cannot be attempted.
         """
-        with Bar(self._connection.progress if progress is None else progress, "execution") as bar:
+        with self._bar(progress, "execution") as bar:
             async for event in self.events(timeout_secs=timeout_secs):
                 bar.show_event(event)
         await self.refresh()
-        if self.job.state == "failed":
+        if self.state == "failed":
             # The answer is the problem of the task, which says more.
             await self._connection.send(get(f"/executions/{self.id}"))
-        if self.job.state != "succeeded":
-            raise WorkFailedError(f"execution {self.id}", self.job.failure, self.job.state)
+        if self.state != "succeeded":
+            raise WorkFailedError(f"execution {self.id}", self.data.failure, self.state)
         return self
 
     async def result(self) -> models.ExecutedTask:
@@ -62,7 +47,6 @@ class AsyncExecution:
         """The files of an execution that was asked for with `files`, in a folder."""
         return await self._connection.unpacked(f"/executions/{self.id}", folder, _archive.unpack_zip)
 
-    async def cancel(self) -> AsyncExecution:
+    async def cancel(self) -> Self:
         """Asks the execution to stop."""
-        self.job = await self._connection.ask(post(f"/jobs/{self.id}/cancel", repeatable=True), models.Job)
-        return self
+        return await self._cancelled()

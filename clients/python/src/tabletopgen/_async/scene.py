@@ -8,48 +8,40 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import BaseModel
+from typing_extensions import Self
 
-from tabletopgen import _archive, _html, _media, _requests, models, simulators
+from tabletopgen import _archive, _html, _media, _requests, models, rrd, simulators
 from tabletopgen._async import io
-from tabletopgen._async.connection import AsyncConnection
 from tabletopgen._async.execution import AsyncExecution
 from tabletopgen._async.recording import AsyncRecording
-from tabletopgen._progress import Bar
-from tabletopgen._requests import escaped, get, given, post
-from tabletopgen.errors import WorkFailedError
+from tabletopgen._async.resource import AsyncResource
+from tabletopgen._requests import Query, escaped, get, given, patch, post
+from tabletopgen.errors import NotFoundError, WorkFailedError
 
 BundleFormat = Literal["usd", "urdf", "mjcf", "sdf", "glb", "all"]
 TASKS_SECS = 900.0
-PREVIEW = "reference/reference.png"
+REFERENCE = "reference/reference.png"
+PreviewWidth = Literal[160, 320, 640]
 
 
-class AsyncScene:
-    """A scene as the server knew it when it was asked last; `refresh` asks again."""
+class AsyncScene(AsyncResource[models.Scene]):
+    """A scene, which is `pending`, `ready`, `failed` or `deleted`."""
 
-    def __init__(self, connection: AsyncConnection, data: models.Scene):
-        self._connection = connection
-        #: Everything that the server says of it.
-        self.data = data
+    _paths, _model = "/scenes", models.Scene
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.id} {self.data.verdict or self.state}>"
 
     def _repr_html_(self) -> str:
-        return _html.card(self.data, self._connection.url, io.at_once(self._preview))
+        return _html.card(self.data, self._connection.url, io.at_once(self._shown))
 
-    async def _preview(self) -> bytes | None:
-        names = [artifact.name for artifact in self.data.artifacts or ()]
-        return await self.artifact_bytes(PREVIEW) if PREVIEW in names else None
-
-    @property
-    def id(self) -> str:
-        """The UUID of the scene on this server."""
-        return str(self.data.id)
-
-    @property
-    def state(self) -> str:
-        """`pending`, `ready`, `failed` or `deleted`."""
-        return self.data.state
+    async def _shown(self) -> tuple[bytes, str] | None:
+        """The render of a finished scene, else the reference image, else nothing; with its media type."""
+        try:
+            return await self._content("preview", {"width": _html.WIDTH_PX})
+        except NotFoundError:
+            names = [artifact.name for artifact in self.data.artifacts or ()]
+            return await self._artifact(REFERENCE) if REFERENCE in names else None
 
     @property
     def ok(self) -> bool:
@@ -81,11 +73,6 @@ class AsyncScene:
         """Pairs of words for your own use."""
         return self.data.labels
 
-    async def refresh(self) -> AsyncScene:
-        """The same scene, as it is now."""
-        self.data = await self._connection.ask(get(f"/scenes/{self.id}"), models.Scene)
-        return self
-
     # Progress
 
     async def events(self, after: int = 0, timeout_secs: float | None = None) -> AsyncIterator[models.Event]:
@@ -94,14 +81,13 @@ class AsyncScene:
             async for event in self._connection.job_events(str(job.id), after, timeout_secs):
                 yield event
 
-    async def wait(self, timeout_secs: float | None = None, *, progress: bool | None = None, check: bool = True) -> AsyncScene:
+    async def wait(self, timeout_secs: float | None = None, *, progress: bool | None = None, check: bool = True) -> Self:
         """The scene once its job has ended; a quarantined one is returned like one that passed (`ok`, `verdict`).
 
         Raises `WorkFailedError` where there is no scene in the end, unless `check` is false, and `WaitTimeoutError`.
         """
         if self.data.job and self.data.job.finished_at is None:
-            shown = self._connection.progress if progress is None else progress
-            with Bar(shown, "scene") as bar:
+            with self._bar(progress, "scene") as bar:
                 async for event in self.events(timeout_secs=timeout_secs):
                     bar.show_event(event)
         await self.refresh()
@@ -115,13 +101,13 @@ class AsyncScene:
             return []
         return (await self._connection.ask(get(f"/jobs/{self.data.job.id}/stages"), models.StageList)).stages
 
-    async def cancel(self) -> AsyncScene:
+    async def cancel(self) -> Self:
         """Asks the newest job to stop."""
         if self.data.job is not None:
             await self._connection.send(post(f"/jobs/{self.data.job.id}/cancel", repeatable=True))
         return await self.refresh()
 
-    async def retry(self, from_stage: str | None = None) -> AsyncScene:
+    async def retry(self, from_stage: str | None = None) -> Self:
         """A new job for a scene that is not ready; finished stages are not repeated, but those from `from_stage` on."""
         if self.data.job is not None:
             await self._connection.send(post(f"/jobs/{self.data.job.id}/retry", given(from_stage=from_stage)))
@@ -132,21 +118,35 @@ class AsyncScene:
     async def download(self, folder: str | Path, format: BundleFormat | None = None, *, quarantined: bool = False) -> Path:
         """The bundle, unpacked to `scene-<id>` below a folder; the path of that. `format` selects one format."""
         query = {"format": format, "quarantined": quarantined or None}
-        return await self._connection.unpacked(f"/scenes/{self.id}/bundle", folder, _archive.unpack_zip, query)
+        return await self._connection.unpacked(f"{self._path}/bundle", folder, _archive.unpack_zip, query)
 
     async def _bundle(self, format: BundleFormat) -> Path:
         """The bundle in a folder that the client removes when it is closed; downloaded once."""
-        folder = Path(self._connection.files.name) / self.id / format
-        if folder.is_dir():
-            return next(folder.iterdir())
-        partial = folder.with_name(f"{format}.partial")
-        bundle = await self.download(partial, format, quarantined=self.verdict == "quarantine")
-        partial.rename(folder)
-        return folder / bundle.name
+        name, kept = f"{self.id}/{format}", self._connection.kept
+        if name not in kept:
+            kept[name] = await self.download(self._connection.place(name), format, quarantined=self.verdict == "quarantine")
+        return kept[name]
+
+    async def files(self, *, quarantined: bool = False) -> list[models.BundleFile]:
+        """The files of the bundle, each of which `file` reads; with `quarantined` also of a quarantined scene."""
+        request = get(f"{self._path}/files", {"quarantined": quarantined or None})
+        return (await self._connection.ask(request, models.BundleFileList)).files
+
+    async def file_bytes(self, name: str, *, quarantined: bool = False) -> bytes:
+        """A file of the bundle, byte for byte."""
+        return (await self._content(f"files/{escaped(name)}", {"quarantined": quarantined or None}))[0]
+
+    async def file(self, name: str, *, quarantined: bool = False) -> Any:
+        """A file of the bundle by its media type, as `artifact` gives it."""
+        return _media.opened(*await self._content(f"files/{escaped(name)}", {"quarantined": quarantined or None}))
+
+    async def preview(self, width_px: PreviewWidth = 320) -> Any:
+        """A small image of the finished scene, also of a quarantined one, as an image of Pillow."""
+        return _media.opened(*await self._content("preview", {"width": width_px}))
 
     async def artifacts(self) -> list[models.Artifact]:
         """Files that finished stages put aside, also while the job runs."""
-        return (await self._connection.ask(get(f"/scenes/{self.id}/artifacts"), models.ArtifactList)).artifacts
+        return (await self._connection.ask(get(f"{self._path}/artifacts"), models.ArtifactList)).artifacts
 
     async def artifact_bytes(self, name: str) -> bytes:
         """An artifact, byte for byte."""
@@ -157,7 +157,11 @@ class AsyncScene:
         return _media.opened(*await self._artifact(name))
 
     async def _artifact(self, name: str) -> tuple[bytes, str]:
-        answer = await self._connection.send(get(f"/scenes/{self.id}/artifacts/{escaped(name)}"))
+        return await self._content(f"artifacts/{escaped(name)}")
+
+    async def _content(self, name: str, query: Query | None = None) -> tuple[bytes, str]:
+        """Bytes of something of the scene, and their media type."""
+        answer = await self._connection.send(get(f"{self._path}/{name}", query))
         return answer.content, answer.headers.get("content-type", "")
 
     async def mujoco(self) -> Any:
@@ -176,6 +180,10 @@ class AsyncScene:
     async def usd_path(self) -> Path:
         """The USD stage, in a folder that is removed when the client is closed; `download` writes to yours."""
         return simulators.usd_path(await self._bundle("usd"))
+
+    async def to_rerun(self, path: str | Path) -> Path:
+        """The scene as a file `.rrd` for the viewer Rerun, with its image in its camera; the path of the file."""
+        return await io.blocking_call(rrd.write_scene, await self._bundle("glb"), path)
 
     # New scenes
 
@@ -205,8 +213,8 @@ class AsyncScene:
             not_before=not_before,
             deadline=deadline,
         )
-        request = post(f"/scenes/{self.id}/edits", body, key=idempotency_key or _requests.new_key())
-        return AsyncScene(self._connection, await self._connection.ask(request, models.Scene))
+        request = post(f"{self._path}/edits", body, key=idempotency_key or _requests.new_key())
+        return await AsyncScene._asked(self._connection, request)
 
     async def variants(
         self,
@@ -231,13 +239,13 @@ class AsyncScene:
             priority=priority,
             allow_quarantined=allow_quarantined,
         )
-        request = post(f"/scenes/{self.id}/variants", body, key=idempotency_key or _requests.new_key())
+        request = post(f"{self._path}/variants", body, key=idempotency_key or _requests.new_key())
         made = await self._connection.ask(request, models.Variants)
-        return [await scene_of(self._connection, str(variant.id)) for variant in made.scenes]
+        return [await AsyncScene._of(self._connection, str(variant.id)) for variant in made.scenes]
 
     async def lineage(self) -> models.Lineage:
         """Scenes that this one was made from, and scenes that were made from it."""
-        return await self._connection.ask(get(f"/scenes/{self.id}/lineage"), models.Lineage)
+        return await self._connection.ask(get(f"{self._path}/lineage"), models.Lineage)
 
     # Robots
 
@@ -252,7 +260,7 @@ class AsyncScene:
     ) -> models.SceneTasks:
         """Tasks that a robot could do in the scene, or the one of an instruction. Rehearsed ones take minutes."""
         query = {"robot": robot, "count": count, "seed": seed, "text": text, "rehearsed": rehearsed}
-        return await self._connection.ask(get(f"/scenes/{self.id}/tasks", query, TASKS_SECS), models.SceneTasks)
+        return await self._connection.ask(get(f"{self._path}/tasks", query, TASKS_SECS), models.SceneTasks)
 
     async def execute(
         self,
@@ -270,9 +278,8 @@ class AsyncScene:
         source = "text" if isinstance(task, str) else "task"
         body = given(robot=robot, seed=seed, base=base, video=video) | {source: task}
         key, query = idempotency_key or _requests.new_key(), {"format": "zip" if files else "json"}
-        request = post(f"/scenes/{self.id}/executions", body, key=key, query=query)
-        job = await self._connection.ask(request, models.Job)
-        return AsyncExecution(self._connection, job)
+        request = post(f"{self._path}/executions", body, key=key, query=query)
+        return await AsyncExecution._asked(self._connection, request)
 
     async def record(
         self,
@@ -297,24 +304,17 @@ class AsyncScene:
             formats=formats,
             **more,
         ) | {"tasks" if several else "task": task}
-        request = post(f"/scenes/{self.id}/episodes", body, key=idempotency_key or _requests.new_key())
-        return AsyncRecording(self._connection, await self._connection.ask(request, models.Recording))
+        request = post(f"{self._path}/episodes", body, key=idempotency_key or _requests.new_key())
+        return await AsyncRecording._asked(self._connection, request)
 
     # Changes
 
-    async def label(self, changes: Mapping[str, str | None] | None = None, /, **more: str | None) -> AsyncScene:
+    async def label(self, changes: Mapping[str, str | None] | None = None, /, **more: str | None) -> Self:
         """Sets labels, and removes those whose value is None; the others stay."""
-        content = _requests.dumped({"labels": {**(changes or {}), **more}})
-        headers = {"content-type": "application/merge-patch+json"}
-        request = _requests.Request("PATCH", f"/scenes/{self.id}", {}, headers, content)
-        changed = await self._connection.ask(request, models.Scene)
+        changed = await self._connection.ask(patch(self._path, {"labels": {**(changes or {}), **more}}), models.Scene)
         self.data = self.data.model_copy(update={"labels": changed.labels})
         return self
 
     async def delete(self) -> None:
         """Deletes the scene and cancels what is being done to it; deleting twice is fine."""
-        await self._connection.send(_requests.Request("DELETE", f"/scenes/{self.id}"))
-
-
-async def scene_of(connection: AsyncConnection, scene_id: str) -> AsyncScene:
-    return AsyncScene(connection, await connection.ask(get(f"/scenes/{scene_id}"), models.Scene))
+        await self._deleted()

@@ -3,56 +3,32 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 
-from tabletopgen import _requests, models
-from tabletopgen._progress import Bar
+from typing_extensions import Self
+
+from tabletopgen import models
 from tabletopgen._requests import get, given, post
-from tabletopgen._sync import io
-from tabletopgen._sync.connection import Connection, check_deadline
+from tabletopgen._sync.resource import Resource
 from tabletopgen._sync.scene import Scene
 
-POLL_SECS = 0.5
 BATCH_ENDED = ("finished", "cancelled")
 
 
-class Batch:
-    """A batch as the server knew it when it was asked last; `refresh` asks again."""
+class Batch(Resource[models.Batch]):
+    """A batch, which is `running`, `cancelling`, `finished` or `cancelled`."""
 
-    def __init__(self, connection: Connection, data: models.Batch):
-        self._connection = connection
-        #: Everything that the server says of it.
-        self.data = data
+    _paths, _model = "/batches", models.Batch
 
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.id} {self.state}>"
-
-    @property
-    def id(self) -> str:
-        """The UUID of the batch."""
-        return str(self.data.id)
-
-    @property
-    def state(self) -> str:
-        """`running`, `cancelling`, `finished` or `cancelled`."""
-        return self.data.state
-
-    def refresh(self) -> Batch:
-        """The same batch, as it is now."""
-        self.data = self._connection.ask(get(f"/batches/{self.id}"), models.Batch)
-        return self
-
-    def wait(self, timeout_secs: float | None = None, *, progress: bool | None = None) -> Batch:
+    def wait(self, timeout_secs: float | None = None, *, progress: bool | None = None) -> Self:
         """The batch once all of its requests have ended, whichever way: `data.request_counts` counts them."""
-        deadline = None if timeout_secs is None else time.monotonic() + timeout_secs
-        with Bar(self._connection.progress if progress is None else progress, "batch", 100) as bar:
-            while self.state not in BATCH_ENDED:
-                check_deadline(deadline, f"batch {self.id}")
-                io.sleep(POLL_SECS)
-                self.refresh()
-                left = self.data.estimate
-                bar.show(int(100 * self.data.progress), f"% {left.time_left_s:.0f} s left" if left else "%")
+        bar = self._bar(progress, "batch", 100)
+
+        def show() -> None:
+            left = self.data.estimate
+            bar.show(int(100 * self.data.progress), f"% {left.time_left_s:.0f} s left" if left else "%")
+
+        self._polled(bar, timeout_secs, lambda: self.state in BATCH_ENDED, show)
         return self
 
     def results(self) -> list[models.BatchResult]:
@@ -64,7 +40,7 @@ class Batch:
         return self._lines("errors")
 
     def _lines(self, name: str) -> list[models.BatchResult]:
-        answer = self._connection.send(get(f"/batches/{self.id}/{name}"))
+        answer = self._connection.send(get(f"{self._path}/{name}"))
         return [models.BatchResult.model_validate_json(line) for line in answer.content.split(b"\n") if line]
 
     def scenes(self) -> Iterator[Scene]:
@@ -75,18 +51,14 @@ class Batch:
         for scene in pages:
             yield Scene(self._connection, scene)
 
-    def cancel(self) -> Batch:
+    def cancel(self) -> Self:
         """Cancels what has not ended; results so far stay."""
-        self.data = self._connection.ask(post(f"/batches/{self.id}/cancel", repeatable=True), models.Batch)
-        return self
+        return self._cancelled()
 
-    def retry(self, budget_usd: float | None = None) -> Batch:
+    def retry(self, budget_usd: float | None = None) -> Self:
         """Has the scenes made of requests that failed or were cancelled."""
-        body = given(budget_usd=budget_usd)
-        self.data = self._connection.ask(post(f"/batches/{self.id}/retry", body), models.Batch)
-        return self
+        return self._changed(post(f"{self._path}/retry", given(budget_usd=budget_usd)))
 
     def delete(self, *, scenes: bool = False) -> None:
         """Deletes the batch with its results; its scenes stay unless `scenes` is true."""
-        query = {"scenes": "delete" if scenes else "keep"}
-        self._connection.send(_requests.Request("DELETE", f"/batches/{self.id}", query))
+        self._deleted({"scenes": "delete" if scenes else "keep"})

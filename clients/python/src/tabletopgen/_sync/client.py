@@ -10,20 +10,23 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Literal
 
 import httpx
+from typing_extensions import Unpack
 
 from tabletopgen import _requests, models
+from tabletopgen._filters import SceneFilters, query_of
 from tabletopgen._local_server import LocalServer
 from tabletopgen._progress import Bar
 from tabletopgen._requests import Image, Query, Request, get, given, post, post_image
+from tabletopgen._sync.administration import Administration
 from tabletopgen._sync.batch import Batch
 from tabletopgen._sync.connection import Connection
 from tabletopgen._sync.dataset import Dataset
 from tabletopgen._sync.execution import Execution
 from tabletopgen._sync.recording import Recording
-from tabletopgen._sync.scene import Scene, scene_of
+from tabletopgen._sync.scene import Scene
 from tabletopgen.errors import (
     GoneError,
     InvalidRequestError,
@@ -54,7 +57,7 @@ class Mapped:
         return self.scene is not None and self.scene.ok
 
 
-class Client:
+class Client(Administration):
     """A client of the server at `url`, with an API key; by default those of the environment variables `TABLETOPGEN_URL`
     and `TABLETOPGEN_API_KEY`.
 
@@ -98,17 +101,9 @@ class Client:
         """Ends connections, and the local server."""
         self._connection.close()
 
-    def version(self) -> models.Version:
-        """Name and version of the server's program."""
-        return self._connection.ask(get("/version"), models.Version)
-
-    def session(self) -> models.Session:
-        """The principal of the key, with tenant and scopes, and what the server accepts."""
-        return self._connection.ask(get("/session"), models.Session)
-
     def request(self, method: str, path: str, body: Any = None, query: Query | None = None) -> Any:
-        """The answer of any operation of the contract, as values of JSON: of those that have no method here, such as
-        `/keys` and `/webhooks`. A POST or PATCH whose answer is lost is not repeated."""
+        """The answer of any operation of the contract, as values of JSON: of those that have no method here. A
+        POST or PATCH whose answer is lost is not repeated."""
         headers = {"content-type": _requests.JSON if method != "PATCH" else "application/merge-patch+json"}
         content = None if body is None else _requests.dumped(body)
         repeatable = method not in ("POST", "PATCH")
@@ -146,7 +141,7 @@ class Client:
         )
         key = idempotency_key or _requests.new_key()
         request = post("/scenes", body, key=key) if image is None else post_image("/scenes", image, body, key)
-        return Scene(self._connection, self._connection.ask(request, models.Scene))
+        return Scene._asked(self._connection, request)
 
     def validate(
         self,
@@ -162,22 +157,22 @@ class Client:
 
     def scene(self, scene_id: str) -> Scene:
         """The scene with this UUID."""
-        return scene_of(self._connection, scene_id)
+        return Scene._of(self._connection, scene_id)
 
     def scenes(
         self,
         *,
-        label: str | None = None,
-        state: str | None = None,
-        parent: str | None = None,
-        created_after: datetime | None = None,
+        sort: Literal["newest", "oldest"] | None = None,
+        **filters: Unpack[SceneFilters],
     ) -> Iterator[Scene]:
-        """Scenes, newest first; `label` is `key:value`."""
-        since = created_after.isoformat() if created_after else None
-        query = {"label": label, "state": state, "parent": parent, "created_after": since}
+        """Scenes that pass all `SceneFilters`, newest first unless `sort` says otherwise."""
         parse = models.ScenePage.model_validate_json
-        for scene in self._connection.pages("/scenes", parse, lambda page: page.scenes, query):
+        for scene in self._connection.pages("/scenes", parse, lambda page: page.scenes, {**query_of(filters), "sort": sort}):
             yield Scene(self._connection, scene)
+
+    def facets(self, **filters: Unpack[SceneFilters]) -> models.SceneFacets:
+        """How many scenes pass all `SceneFilters`, by state, verdict, kind, category and label."""
+        return self._connection.ask(get("/scenes/facets", query_of(filters)), models.SceneFacets)
 
     def map(
         self,
@@ -232,7 +227,7 @@ class Client:
             return None
 
     def _submitted(self, body: Mapping[str, Any], key: str) -> Scene:
-        return Scene(self._connection, self._connection.ask(post("/scenes", body, key=key), models.Scene))
+        return Scene._asked(self._connection, post("/scenes", body, key=key))
 
     def _of_map(self, name: str) -> dict[str, Scene]:
         """Scenes of earlier runs by their keys."""
@@ -266,11 +261,11 @@ class Client:
             query={"name": name, "budget_usd": budget_usd},
             media_type=_requests.JSON if requests is None else "application/jsonl",
         )
-        return Batch(self._connection, self._connection.ask(request, models.Batch))
+        return Batch._asked(self._connection, request)
 
     def batch(self, batch_id: str) -> Batch:
         """The batch with this UUID."""
-        return Batch(self._connection, self._connection.ask(get(f"/batches/{batch_id}"), models.Batch))
+        return Batch._of(self._connection, batch_id)
 
     def batches(self, *, state: str | None = None) -> Iterator[Batch]:
         """Batches, newest first."""
@@ -296,12 +291,11 @@ class Client:
         are other fields of `DatasetSubmission`."""
         body = given(name=name, scenes=scenes, label=label, batch=batch, splits=splits, filter=filter, **more)
         request = post("/datasets", body, key=idempotency_key or _requests.new_key())
-        return Dataset(self._connection, self._connection.ask(request, models.Dataset))
+        return Dataset._asked(self._connection, request)
 
     def dataset(self, dataset_id: str) -> Dataset:
         """The version of a dataset with this UUID."""
-        data = self._connection.ask(get(f"/datasets/{dataset_id}"), models.Dataset)
-        return Dataset(self._connection, data)
+        return Dataset._of(self._connection, dataset_id)
 
     def datasets(self, *, name: str | None = None, state: str | None = None) -> Iterator[Dataset]:
         """Versions of datasets, newest first."""
@@ -313,8 +307,7 @@ class Client:
 
     def recording(self, recording_id: str) -> Recording:
         """The recording with this UUID."""
-        data = self._connection.ask(get(f"/episodes/{recording_id}"), models.Recording)
-        return Recording(self._connection, data)
+        return Recording._of(self._connection, recording_id)
 
     def recordings(self, *, scene: str | None = None, state: str | None = None) -> Iterator[Recording]:
         """Recordings, newest first."""
@@ -324,7 +317,7 @@ class Client:
 
     def execution(self, execution_id: str) -> Execution:
         """The execution with this UUID."""
-        return Execution(self._connection, self.job(execution_id))
+        return Execution._of(self._connection, execution_id)
 
     def job(self, job_id: str) -> models.Job:
         """The job with this UUID."""

@@ -9,48 +9,40 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import BaseModel
+from typing_extensions import Self
 
-from tabletopgen import _archive, _html, _media, _requests, models, simulators
-from tabletopgen._progress import Bar
-from tabletopgen._requests import escaped, get, given, post
+from tabletopgen import _archive, _html, _media, _requests, models, rrd, simulators
+from tabletopgen._requests import Query, escaped, get, given, patch, post
 from tabletopgen._sync import io
-from tabletopgen._sync.connection import Connection
 from tabletopgen._sync.execution import Execution
 from tabletopgen._sync.recording import Recording
-from tabletopgen.errors import WorkFailedError
+from tabletopgen._sync.resource import Resource
+from tabletopgen.errors import NotFoundError, WorkFailedError
 
 BundleFormat = Literal["usd", "urdf", "mjcf", "sdf", "glb", "all"]
 TASKS_SECS = 900.0
-PREVIEW = "reference/reference.png"
+REFERENCE = "reference/reference.png"
+PreviewWidth = Literal[160, 320, 640]
 
 
-class Scene:
-    """A scene as the server knew it when it was asked last; `refresh` asks again."""
+class Scene(Resource[models.Scene]):
+    """A scene, which is `pending`, `ready`, `failed` or `deleted`."""
 
-    def __init__(self, connection: Connection, data: models.Scene):
-        self._connection = connection
-        #: Everything that the server says of it.
-        self.data = data
+    _paths, _model = "/scenes", models.Scene
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.id} {self.data.verdict or self.state}>"
 
     def _repr_html_(self) -> str:
-        return _html.card(self.data, self._connection.url, io.at_once(self._preview))
+        return _html.card(self.data, self._connection.url, io.at_once(self._shown))
 
-    def _preview(self) -> bytes | None:
-        names = [artifact.name for artifact in self.data.artifacts or ()]
-        return self.artifact_bytes(PREVIEW) if PREVIEW in names else None
-
-    @property
-    def id(self) -> str:
-        """The UUID of the scene on this server."""
-        return str(self.data.id)
-
-    @property
-    def state(self) -> str:
-        """`pending`, `ready`, `failed` or `deleted`."""
-        return self.data.state
+    def _shown(self) -> tuple[bytes, str] | None:
+        """The render of a finished scene, else the reference image, else nothing; with its media type."""
+        try:
+            return self._content("preview", {"width": _html.WIDTH_PX})
+        except NotFoundError:
+            names = [artifact.name for artifact in self.data.artifacts or ()]
+            return self._artifact(REFERENCE) if REFERENCE in names else None
 
     @property
     def ok(self) -> bool:
@@ -82,11 +74,6 @@ class Scene:
         """Pairs of words for your own use."""
         return self.data.labels
 
-    def refresh(self) -> Scene:
-        """The same scene, as it is now."""
-        self.data = self._connection.ask(get(f"/scenes/{self.id}"), models.Scene)
-        return self
-
     # Progress
 
     def events(self, after: int = 0, timeout_secs: float | None = None) -> Iterator[models.Event]:
@@ -95,14 +82,13 @@ class Scene:
             for event in self._connection.job_events(str(job.id), after, timeout_secs):
                 yield event
 
-    def wait(self, timeout_secs: float | None = None, *, progress: bool | None = None, check: bool = True) -> Scene:
+    def wait(self, timeout_secs: float | None = None, *, progress: bool | None = None, check: bool = True) -> Self:
         """The scene once its job has ended; a quarantined one is returned like one that passed (`ok`, `verdict`).
 
         Raises `WorkFailedError` where there is no scene in the end, unless `check` is false, and `WaitTimeoutError`.
         """
         if self.data.job and self.data.job.finished_at is None:
-            shown = self._connection.progress if progress is None else progress
-            with Bar(shown, "scene") as bar:
+            with self._bar(progress, "scene") as bar:
                 for event in self.events(timeout_secs=timeout_secs):
                     bar.show_event(event)
         self.refresh()
@@ -116,13 +102,13 @@ class Scene:
             return []
         return (self._connection.ask(get(f"/jobs/{self.data.job.id}/stages"), models.StageList)).stages
 
-    def cancel(self) -> Scene:
+    def cancel(self) -> Self:
         """Asks the newest job to stop."""
         if self.data.job is not None:
             self._connection.send(post(f"/jobs/{self.data.job.id}/cancel", repeatable=True))
         return self.refresh()
 
-    def retry(self, from_stage: str | None = None) -> Scene:
+    def retry(self, from_stage: str | None = None) -> Self:
         """A new job for a scene that is not ready; finished stages are not repeated, but those from `from_stage` on."""
         if self.data.job is not None:
             self._connection.send(post(f"/jobs/{self.data.job.id}/retry", given(from_stage=from_stage)))
@@ -133,21 +119,35 @@ class Scene:
     def download(self, folder: str | Path, format: BundleFormat | None = None, *, quarantined: bool = False) -> Path:
         """The bundle, unpacked to `scene-<id>` below a folder; the path of that. `format` selects one format."""
         query = {"format": format, "quarantined": quarantined or None}
-        return self._connection.unpacked(f"/scenes/{self.id}/bundle", folder, _archive.unpack_zip, query)
+        return self._connection.unpacked(f"{self._path}/bundle", folder, _archive.unpack_zip, query)
 
     def _bundle(self, format: BundleFormat) -> Path:
         """The bundle in a folder that the client removes when it is closed; downloaded once."""
-        folder = Path(self._connection.files.name) / self.id / format
-        if folder.is_dir():
-            return next(folder.iterdir())
-        partial = folder.with_name(f"{format}.partial")
-        bundle = self.download(partial, format, quarantined=self.verdict == "quarantine")
-        partial.rename(folder)
-        return folder / bundle.name
+        name, kept = f"{self.id}/{format}", self._connection.kept
+        if name not in kept:
+            kept[name] = self.download(self._connection.place(name), format, quarantined=self.verdict == "quarantine")
+        return kept[name]
+
+    def files(self, *, quarantined: bool = False) -> list[models.BundleFile]:
+        """The files of the bundle, each of which `file` reads; with `quarantined` also of a quarantined scene."""
+        request = get(f"{self._path}/files", {"quarantined": quarantined or None})
+        return (self._connection.ask(request, models.BundleFileList)).files
+
+    def file_bytes(self, name: str, *, quarantined: bool = False) -> bytes:
+        """A file of the bundle, byte for byte."""
+        return (self._content(f"files/{escaped(name)}", {"quarantined": quarantined or None}))[0]
+
+    def file(self, name: str, *, quarantined: bool = False) -> Any:
+        """A file of the bundle by its media type, as `artifact` gives it."""
+        return _media.opened(*self._content(f"files/{escaped(name)}", {"quarantined": quarantined or None}))
+
+    def preview(self, width_px: PreviewWidth = 320) -> Any:
+        """A small image of the finished scene, also of a quarantined one, as an image of Pillow."""
+        return _media.opened(*self._content("preview", {"width": width_px}))
 
     def artifacts(self) -> list[models.Artifact]:
         """Files that finished stages put aside, also while the job runs."""
-        return (self._connection.ask(get(f"/scenes/{self.id}/artifacts"), models.ArtifactList)).artifacts
+        return (self._connection.ask(get(f"{self._path}/artifacts"), models.ArtifactList)).artifacts
 
     def artifact_bytes(self, name: str) -> bytes:
         """An artifact, byte for byte."""
@@ -158,7 +158,11 @@ class Scene:
         return _media.opened(*self._artifact(name))
 
     def _artifact(self, name: str) -> tuple[bytes, str]:
-        answer = self._connection.send(get(f"/scenes/{self.id}/artifacts/{escaped(name)}"))
+        return self._content(f"artifacts/{escaped(name)}")
+
+    def _content(self, name: str, query: Query | None = None) -> tuple[bytes, str]:
+        """Bytes of something of the scene, and their media type."""
+        answer = self._connection.send(get(f"{self._path}/{name}", query))
         return answer.content, answer.headers.get("content-type", "")
 
     def mujoco(self) -> Any:
@@ -177,6 +181,10 @@ class Scene:
     def usd_path(self) -> Path:
         """The USD stage, in a folder that is removed when the client is closed; `download` writes to yours."""
         return simulators.usd_path(self._bundle("usd"))
+
+    def to_rerun(self, path: str | Path) -> Path:
+        """The scene as a file `.rrd` for the viewer Rerun, with its image in its camera; the path of the file."""
+        return io.blocking_call(rrd.write_scene, self._bundle("glb"), path)
 
     # New scenes
 
@@ -206,8 +214,8 @@ class Scene:
             not_before=not_before,
             deadline=deadline,
         )
-        request = post(f"/scenes/{self.id}/edits", body, key=idempotency_key or _requests.new_key())
-        return Scene(self._connection, self._connection.ask(request, models.Scene))
+        request = post(f"{self._path}/edits", body, key=idempotency_key or _requests.new_key())
+        return Scene._asked(self._connection, request)
 
     def variants(
         self,
@@ -232,13 +240,13 @@ class Scene:
             priority=priority,
             allow_quarantined=allow_quarantined,
         )
-        request = post(f"/scenes/{self.id}/variants", body, key=idempotency_key or _requests.new_key())
+        request = post(f"{self._path}/variants", body, key=idempotency_key or _requests.new_key())
         made = self._connection.ask(request, models.Variants)
-        return [scene_of(self._connection, str(variant.id)) for variant in made.scenes]
+        return [Scene._of(self._connection, str(variant.id)) for variant in made.scenes]
 
     def lineage(self) -> models.Lineage:
         """Scenes that this one was made from, and scenes that were made from it."""
-        return self._connection.ask(get(f"/scenes/{self.id}/lineage"), models.Lineage)
+        return self._connection.ask(get(f"{self._path}/lineage"), models.Lineage)
 
     # Robots
 
@@ -253,7 +261,7 @@ class Scene:
     ) -> models.SceneTasks:
         """Tasks that a robot could do in the scene, or the one of an instruction. Rehearsed ones take minutes."""
         query = {"robot": robot, "count": count, "seed": seed, "text": text, "rehearsed": rehearsed}
-        return self._connection.ask(get(f"/scenes/{self.id}/tasks", query, TASKS_SECS), models.SceneTasks)
+        return self._connection.ask(get(f"{self._path}/tasks", query, TASKS_SECS), models.SceneTasks)
 
     def execute(
         self,
@@ -271,9 +279,8 @@ class Scene:
         source = "text" if isinstance(task, str) else "task"
         body = given(robot=robot, seed=seed, base=base, video=video) | {source: task}
         key, query = idempotency_key or _requests.new_key(), {"format": "zip" if files else "json"}
-        request = post(f"/scenes/{self.id}/executions", body, key=key, query=query)
-        job = self._connection.ask(request, models.Job)
-        return Execution(self._connection, job)
+        request = post(f"{self._path}/executions", body, key=key, query=query)
+        return Execution._asked(self._connection, request)
 
     def record(
         self,
@@ -298,24 +305,17 @@ class Scene:
             formats=formats,
             **more,
         ) | {"tasks" if several else "task": task}
-        request = post(f"/scenes/{self.id}/episodes", body, key=idempotency_key or _requests.new_key())
-        return Recording(self._connection, self._connection.ask(request, models.Recording))
+        request = post(f"{self._path}/episodes", body, key=idempotency_key or _requests.new_key())
+        return Recording._asked(self._connection, request)
 
     # Changes
 
-    def label(self, changes: Mapping[str, str | None] | None = None, /, **more: str | None) -> Scene:
+    def label(self, changes: Mapping[str, str | None] | None = None, /, **more: str | None) -> Self:
         """Sets labels, and removes those whose value is None; the others stay."""
-        content = _requests.dumped({"labels": {**(changes or {}), **more}})
-        headers = {"content-type": "application/merge-patch+json"}
-        request = _requests.Request("PATCH", f"/scenes/{self.id}", {}, headers, content)
-        changed = self._connection.ask(request, models.Scene)
+        changed = self._connection.ask(patch(self._path, {"labels": {**(changes or {}), **more}}), models.Scene)
         self.data = self.data.model_copy(update={"labels": changed.labels})
         return self
 
     def delete(self) -> None:
         """Deletes the scene and cancels what is being done to it; deleting twice is fine."""
-        self._connection.send(_requests.Request("DELETE", f"/scenes/{self.id}"))
-
-
-def scene_of(connection: Connection, scene_id: str) -> Scene:
-    return Scene(connection, connection.ask(get(f"/scenes/{scene_id}"), models.Scene))
+        self._deleted()
