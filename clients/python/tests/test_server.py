@@ -120,6 +120,17 @@ def test_edits_and_variants_are_new_scenes(client: Client, made: Scene) -> None:
     assert {scene.id for scene in client.scenes(parent=made.id)} == children
 
 
+def test_edits_and_variants_are_understood_without_making_them(client: Client, made: Scene) -> None:
+    before = made.lineage().children
+    understood = made.validate_edit("remove the apple")
+    assert understood.valid and understood.prediction
+    drawn = made.validate_variants(2, seed=3, randomize={"layout": True}).requests
+    assert len({request.seed for request in drawn}) == 2
+    with pytest.raises(errors.InvalidRequestError):
+        made.validate_edit("remove the sextant")
+    assert made.lineage().children == before
+
+
 def test_an_image_is_accepted(client: Client) -> None:
     scene = client.generate(image=IMAGE, seed=7)
     assert scene.data.request.input.kind == "image" and scene.state == "pending"

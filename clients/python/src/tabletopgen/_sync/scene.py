@@ -244,6 +244,25 @@ class Scene(Resource[models.Scene]):
         made = self._connection.ask(request, models.Variants)
         return [Scene._of(self._connection, str(variant.id)) for variant in made.scenes]
 
+    def validate_edit(
+        self,
+        text: str | None = None,
+        *,
+        operations: Sequence[Mapping[str, Any] | BaseModel] | None = None,
+        options: Mapping[str, Any] | models.EditOptions | None = None,
+        allow_quarantined: bool | None = None,
+    ) -> models.ValidatedEdit:
+        """What the server understands of an edit, with predicted places and collisions; nothing is made."""
+        body = given(text=text, operations=operations, options=options, allow_quarantined=allow_quarantined)
+        return self._connection.ask(post(f"{self._path}/edits/validate", body, repeatable=True), models.ValidatedEdit)
+
+    def validate_variants(
+        self, count: int, *, seed: int | None = None, randomize: Mapping[str, Any] | models.Randomize | None = None
+    ) -> models.ValidatedVariants:
+        """The requests that variants would be made from; nothing is made."""
+        body = given(count=count, seed=seed, randomize=randomize)
+        return self._connection.ask(post(f"{self._path}/variants/validate", body, repeatable=True), models.ValidatedVariants)
+
     def lineage(self) -> models.Lineage:
         """Scenes that this one was made from, and scenes that were made from it."""
         return self._connection.ask(get(f"{self._path}/lineage"), models.Lineage)
