@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import time
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ import pytest
 
 from conftest import SETTINGS
 from fake import AT, JOB_ID, Answer, Fake, Received, stream
-from tabletopgen import Client, Scene, SceneFilters, errors, webhooks
+from tabletopgen import AsyncClient, Client, Scene, SceneFilters, errors, webhooks
 
 
 @pytest.fixture(scope="module")
@@ -120,3 +121,28 @@ def test_events_to_come_are_not_lost_where_the_stream_breaks_before_the_first() 
         with Client(fake.url, progress=False) as client:
             assert next(iter(client.events())).seq == 42
     assert "last-event-id" not in fake.received[0].headers and fake.received[1].headers["last-event-id"] == "41"
+
+
+def test_the_asynchronous_client_does_the_same(operator: Client) -> None:
+    async def all_of_it() -> None:
+        async with AsyncClient(operator._connection.url, progress=False) as other:
+            assert [robot.name for robot in await other.robots()] == [robot.name for robot in operator.robots()]
+            assert len(await other.catalog()) > 100 and (await other.queue()).storage == "ok"
+            assert (await other.settings_schema())["properties"] and (await other.session()).scopes
+            key = await other.create_key("lab", ["read"])
+            assert key.id in [listed.id async for listed in other.keys()]
+            await other.revoke_key(key)
+            assert [entry.action async for entry in other.audit(since=key.created_at)][:2] == ["revokeKey", "createKey"]
+            webhook = await other.create_webhook("http://127.0.0.1:1/", events=["webhook.test"])
+            delivery = await webhook.test()
+            assert [one.id async for one in webhook.deliveries()] == [delivery.id]
+            assert (await webhook.replay(delivery.id)).id == delivery.id
+            assert (await (await webhook.rotate_secret()).change(state="disabled")).state == "disabled"
+            assert [one.id for one in await other.webhooks()] == [(await other.webhook(webhook.id)).id]
+            await webhook.delete()
+            assert (await other.facets()).total == 0 and [scene.id async for scene in other.scenes(verdict="pass")] == []
+            with pytest.raises(errors.WaitTimeoutError):
+                async for event in other.events(timeout_secs=0.2):
+                    pytest.fail(f"nothing was submitted, but {event}")
+
+    asyncio.run(all_of_it())

@@ -252,6 +252,33 @@ def test_the_asynchronous_client_does_the_same(client: Client, made: Scene) -> N
     assert asyncio.run(several()) == [made.id]
 
 
+def test_the_asynchronous_client_orders_all_kinds_of_work(client: Client, made: Scene, recorded: Recording, tmp_path: Path) -> None:
+    async def several() -> None:
+        async with AsyncClient(client._connection.url, progress=False) as other:
+            scene = await other.scene(made.id)
+            assert (await scene.file("scene.json"))["seed"] == 7 and (await scene.preview()).size == (320, 240)
+            assert [file.name for file in await scene.files()] == [file.name for file in made.files()]
+            assert (await scene.to_rerun(tmp_path / "scene.rrd")).is_file()
+            assert (await scene.label(other="yes")).labels["other"] == "yes" and "other" not in (await scene.label(other=None)).labels
+            assert (await scene.validate_edit("remove the apple")).valid and len((await scene.validate_variants(2)).requests) == 2
+            execution = await (await scene.execute("lift the apple", seed=3)).wait()
+            assert (await execution.result()).execution and (await other.execution(execution.id)).state == "succeeded"
+            recording = await other.recording(recorded.id)
+            assert (await recording.to_rerun(tmp_path / "episode.rrd")).is_file()
+            assert [event.kind async for event in recording.events()][-1] == "finished"
+            assert recorded.id in [one.id async for one in other.recordings(scene=made.id)]
+            batch = await (await other.submit_batch(["a mug", "zorgle"], name="two")).wait()
+            assert [len(await batch.results()), len(await batch.errors()), len([one async for one in batch.scenes()])] == [1, 1, 1]
+            assert batch.id in [one.id async for one in other.batches()] and (await other.batch(batch.id)).state == "finished"
+            dataset = await (await other.freeze_dataset("two", batch=batch.id)).wait()
+            assert (await dataset.download(tmp_path / "two")).is_dir() and (await (await dataset.verify()).wait()).state == "finished"
+            assert [one.id async for one in other.datasets(name="two")] == [(await other.dataset(dataset.id)).id]
+            await dataset.delete()
+            await batch.delete(scenes=True)
+
+    asyncio.run(several())
+
+
 def test_a_local_server_keeps_its_data_and_is_started_again_after_it_was_killed(program: Path, tmp_path: Path) -> None:
     with Client(data_dir=tmp_path / "data", settings=SETTINGS, progress=False) as first:
         scene = first.generate("a mug", seed=1, not_before=datetime(2100, 1, 1, tzinfo=timezone.utc))
