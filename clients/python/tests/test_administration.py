@@ -130,7 +130,8 @@ def test_the_asynchronous_client_does_the_same(operator: Client) -> None:
             assert len(await other.catalog()) > 100 and (await other.queue()).storage == "ok"
             assert (await other.settings_schema())["properties"] and (await other.session()).scopes
             key = await other.create_key("lab", ["read"])
-            assert key.id in [listed.id async for listed in other.keys()]
+            every = other.keys()
+            assert key.id in [listed.id async for listed in every]
             await other.revoke_key(key)
             assert [entry.action async for entry in other.audit(since=key.created_at)][:2] == ["revokeKey", "createKey"]
             webhook = await other.create_webhook("http://127.0.0.1:1/", events=["webhook.test"])
