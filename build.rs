@@ -13,8 +13,8 @@ const MAX_PLAIN_BYTES: u64 = 1 << 20;
 
 fn main() -> io::Result<()> {
     let folder = PathBuf::from(variable("CARGO_MANIFEST_DIR")?).join("studio/dist");
-    // Cargo runs a script anew each time that a path which it names is missing. Where the source cannot be written to, it
-    // does that.
+    // Cargo runs a script anew each time that a path which it names is missing. Where the source cannot be written
+    // to, it does that.
     let _ = fs::create_dir_all(&folder);
     say("rerun-if-changed=build.rs");
     say("rerun-if-changed=studio/dist");
@@ -58,7 +58,6 @@ fn variable(name: &str) -> io::Result<String> {
 }
 
 /// Tells Cargo.
-#[expect(clippy::print_stdout, reason = "Cargo reads it")]
 fn say(instruction: &str) {
     println!("cargo::{instruction}");
 }

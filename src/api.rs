@@ -402,7 +402,7 @@ fn job_routes() -> Vec<Route> {
         route::get("/studio/{*name}", studio::show, operations::studio).public(),
         route::get("/queue", queue::show, operations::get_queue).needs(Scope::Operate),
         route::get("/catalog", catalog::show, operations::get_catalog),
-        route::get("/robots", catalog::robots, operations::list_robots),
+        route::get("/robots", catalog::list_robots, operations::list_robots),
         route::get("/settings/schema", request_schema::show, operations::get_request_schema),
         route::get("/healthz", probes::healthz, operations::healthz).public(),
         route::get("/readyz", probes::readyz, operations::readyz).public(),

@@ -26,9 +26,9 @@ pub mod batch_requests;
 pub mod batch_reading;
 mod grasps;
 pub mod tasks;
+pub mod catalog;
 pub mod episodes;
 pub mod executions;
-pub mod listings;
 pub mod local;
 
 use std::path::Path;
@@ -59,8 +59,7 @@ impl App {
         &self.resolved.config
     }
 
-    /// The configuration with the values of all keys.
-    pub fn resolved(&self) -> &Resolved {
+    fn resolved(&self) -> &Resolved {
         &self.resolved
     }
 }

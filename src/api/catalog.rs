@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use axum::Json;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
@@ -9,7 +10,7 @@ use serde_json::json;
 
 use super::download::has_tag;
 use super::extract::TenantApi;
-use crate::app::listings::{Catalog, RobotList};
+use crate::app::catalog::{catalog, robots};
 use crate::problem::Problem;
 use store::Digest;
 
@@ -40,11 +41,11 @@ impl FixedDocument {
 
 /// `GET /catalog`.
 pub async fn show(_: TenantApi, headers: HeaderMap) -> Response {
-    static CATALOG: LazyLock<FixedDocument> = LazyLock::new(|| FixedDocument::new(&Catalog::of_program()));
+    static CATALOG: LazyLock<FixedDocument> = LazyLock::new(|| FixedDocument::new(&catalog()));
     CATALOG.answer(&headers)
 }
 
 /// `GET /robots`.
-pub async fn robots(_: TenantApi) -> Result<Response, Problem> {
-    Ok(axum::Json(RobotList::of_program()?).into_response())
+pub async fn list_robots(_: TenantApi) -> Result<Response, Problem> {
+    Ok(Json(robots()?).into_response())
 }

@@ -65,7 +65,7 @@ pub async fn respond(
         return Ok(Some((StatusCode::NOT_MODIFIED, fields).into_response()));
     }
     // The address is signed for GET.
-    if method == Method::GET && matches!(what.content, Content::Stored) {
+    if method == Method::GET && matches!(what.content, Content::Stored) && !is_part_of_page(headers) {
         let address =
             api.store.blobs().presigned(what.digest, what.media_type, disposition.as_deref()).await?;
         if let Some(Ok(address)) = address.map(|address| HeaderValue::from_str(&address)) {
@@ -124,6 +124,14 @@ pub async fn respond(
         fields.insert(header::CONTENT_RANGE, value);
     }
     Ok(Some((status, fields, body).into_response()))
+}
+
+/// Whether a page of this server loads the bytes into itself, which its policy lets it do from this server alone. Links
+/// that it follows may lead to the bucket.
+fn is_part_of_page(headers: &HeaderMap) -> bool {
+    let is =
+        |name: &str, value: &str| headers.get(name).is_some_and(|field| field.as_bytes() == value.as_bytes());
+    is("sec-fetch-site", "same-origin") && !is("sec-fetch-mode", "navigate")
 }
 
 /// The media type of bytes of `media_type` for a client with these headers: `application/octet-stream` where it accepts
@@ -204,6 +212,24 @@ mod tests {
                 headers.insert(header::ACCEPT, HeaderValue::from_static(accept));
             }
             assert_eq!(served_as(&headers, "image/png"), expected, "{accept:?}");
+        }
+    }
+
+    #[test]
+    fn what_a_page_loads_into_itself_comes_from_this_server() {
+        for (site, mode, expected) in [
+            ("same-origin", "no-cors", true),
+            ("same-origin", "cors", true),
+            ("same-origin", "navigate", false),
+            ("none", "navigate", false),
+            ("", "", false),
+        ] {
+            let fields = [("sec-fetch-site", site), ("sec-fetch-mode", mode)];
+            let fields = fields.into_iter().filter(|(_, value)| !value.is_empty());
+            let headers = fields.map(|(name, value)| {
+                (header::HeaderName::from_static(name), HeaderValue::from_static(value))
+            });
+            assert_eq!(is_part_of_page(&HeaderMap::from_iter(headers)), expected, "{site} {mode}");
         }
     }
 

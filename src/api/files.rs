@@ -24,7 +24,7 @@ use scene::SceneId;
 use store::Digest;
 use store::artifacts::FileRow;
 
-/// What the report may do in a frame of the page: show its own images in its own style.
+/// Policy of the report in a frame of the page: it shows its own images in its own style.
 const REPORT_POLICY: &str =
     "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'; frame-ancestors 'self'";
 

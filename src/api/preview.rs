@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use axum::http::{HeaderMap, HeaderValue, Method, header};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::response::Response;
 use bytes::Bytes;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -95,6 +95,10 @@ pub async fn show(
             content: unstored.map_or(Content::Stored, Content::Memory),
         };
         if let Some(mut response) = respond(&api, &method, &headers, what).await? {
+            // An address of the bucket does not last as long.
+            if response.status() == StatusCode::TEMPORARY_REDIRECT {
+                return Ok(response);
+            }
             let lifetime = HeaderValue::from_static(LIFETIME);
             response.headers_mut().insert(header::CACHE_CONTROL, lifetime);
             return Ok(response);

@@ -75,7 +75,7 @@ struct HeldJobView {
     dataset_id: Option<DatasetId>,
     #[schemars(with = "Option<Id>")]
     recording_id: Option<RecordingId>,
-    /// Its newest claim.
+    /// Time of the newest claim of the job.
     since: Timestamp,
 }
 

@@ -6,7 +6,6 @@ use serde_json::Value;
 
 use super::contract;
 use super::extract::TenantApi;
-use crate::config::open_settings;
 
 /// Definition of the settings that requests may change.
 const SETTINGS: &str = "SceneSettings";
@@ -15,7 +14,7 @@ const SETTINGS: &str = "SceneSettings";
 pub async fn show(api: TenantApi) -> Response {
     let (mut root, mut definitions) = contract::scene_request();
     // As the contract has them, settings are texts. A form wants their types and the values of this server.
-    definitions.insert(SETTINGS.to_owned(), open_settings::typed_schema(api.app.resolved()));
+    definitions.insert(SETTINGS.to_owned(), api.app.settings_schema());
     root["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
     root["title"] = "Request for a scene".into();
     root["$defs"] = definitions.into();

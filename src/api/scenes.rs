@@ -172,7 +172,7 @@ pub async fn facets(
     Ok(Json(facets).into_response())
 }
 
-/// How many of the scenes have what; of more than 100,000, the newest ones are counted.
+/// Numbers of scenes by their properties; of more than 100,000, the newest ones are counted.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct SceneFacets {
     #[schemars(range(min = 0, max = 100_000))]

@@ -1,8 +1,9 @@
 //! `/studio/`: the page of the server. The program holds its files, which `make studio` makes and `build.rs` lists.
 //!
-//! Addresses of the page itself are not files: each is answered with the shell, which holds no data and is for everyone;
-//! what it shows it asks the interface for, as whoever is logged in. A file below `assets/` has a digest in its name and
-//! never changes; one that is not there is 404 and never the shell, which a browser would take for a script.
+//! Addresses of the page itself are not files: each is answered with the shell, which holds no data and is for
+//! everyone. The shell asks the interface for what it shows, as the principal who is logged in. A file below `assets/`
+//! has a digest in its name and never changes; one that is not there is 404 and never the shell, which a browser would
+//! take for a script.
 
 use std::sync::OnceLock;
 
@@ -18,7 +19,7 @@ use super::extract::PathName;
 use crate::problem::Problem;
 use store::Digest;
 
-// `FILES`: the files of the page by path; none where the program was built without it.
+// The files of the page by path, `FILES`; none where the program was built without it.
 include!(concat!(env!("OUT_DIR"), "/studio_files.rs"));
 
 /// The shell.
@@ -36,14 +37,14 @@ static NOT_BUILT: File = File {
     brotli: None,
 };
 
-/// What the page may do: run its own scripts, and show images and media of its own or that it made itself.
+/// Policy of the page: it runs its own scripts, and shows images and media of its own or that it made itself.
 const PAGE_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
     connect-src 'self' blob:; media-src 'self' blob:; worker-src 'self'; frame-src 'self'; font-src 'self'; \
     manifest-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'; \
     require-trusted-types-for 'script'; trusted-types studio";
 
-/// What the worker with the physics engine may do. The engine's glue makes functions from text, which the page may not; a
-/// worker that is fetched has the policy of its own answer.
+/// Policy of the worker with the physics engine. The engine's glue makes functions from text, which the page may not; a
+/// worker that is fetched has the policy of the answer that it came with.
 const PHYSICS_POLICY: &str =
     "default-src 'none'; script-src 'self' 'unsafe-eval' 'wasm-unsafe-eval'; connect-src 'self'";
 
@@ -70,7 +71,7 @@ impl Form {
         Self { bytes, tag: OnceLock::new() }
     }
 
-    /// Its SHA-256, quoted.
+    /// SHA-256 of the bytes, quoted.
     fn tag(&self) -> &str {
         self.tag.get_or_init(|| format!("\"{}\"", Digest::of(self.bytes)))
     }
@@ -150,8 +151,8 @@ fn respond(file: &'static File, headers: &HeaderMap) -> Response {
 }
 
 impl File {
-    /// The smallest form that the client takes, with its coding. A file that is held compressed alone is sent so, too, to
-    /// a client that does not ask for it.
+    /// The smallest form that the client takes, with its coding. A file that is held compressed alone is sent so to
+    /// clients that do not ask for it, too.
     fn form(&'static self, headers: &HeaderMap) -> Option<(&'static str, &'static Form)> {
         let with = |coding: &'static str, form: &'static Option<Form>| Some((coding, form.as_ref()?));
         let wanted = |coding: &str| takes(headers, coding);

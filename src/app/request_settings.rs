@@ -1,7 +1,10 @@
 //! Checks of a request by the configuration: whether its settings and its robot will do, and how the configured parser
 //! reads its text.
 
+use serde_json::Value;
+
 use super::App;
+use crate::config::open_settings::typed_schema;
 use crate::problem::FieldError;
 use embedded::analyst;
 use remote::settings::AnalystProvider;
@@ -20,6 +23,11 @@ impl App {
             errors.extend(wrong.into_iter().map(|error| FieldError::new(place(&error.key), error.detail)));
         }
         errors
+    }
+
+    /// A JSON schema of the settings that requests may change, with their types and the values of this process.
+    pub fn settings_schema(&self) -> Value {
+        typed_schema(&self.resolved)
     }
 
     /// The account of a request's text by the embedded parser, without making a scene; `None` for an image, and where a

@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 
 use super::{Exit, Failure, terminal};
-use crate::app::listings::{Catalog, CategoryView};
+use crate::app::catalog::{Catalog, CategoryView, catalog};
 
 /// Arguments of `catalog`.
 #[derive(Debug, Args)]
@@ -38,7 +38,7 @@ enum Action {
 
 /// Lists the catalog, or shows a category.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
-    let mut catalog = Catalog::of_program();
+    let mut catalog = catalog();
     terminal::print(&match arguments.action {
         Action::List { group, json } => {
             if let Some(group) = group {
@@ -73,7 +73,7 @@ fn named<'c>(catalog: &'c Catalog, name: &str) -> Result<&'c CategoryView, Failu
 
 fn no_group(name: &str) -> Failure {
     let mut groups: Vec<&str> =
-        catalog::categories().iter().map(|category| category.group.as_str()).collect();
+        ::catalog::categories().iter().map(|category| category.group.as_str()).collect();
     groups.sort_unstable();
     groups.dedup();
     Failure::usage(format!("the catalog has no group {name:?}; its groups are {}", groups.join(", ")))

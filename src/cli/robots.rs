@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::generate::refused;
 use super::{Exit, Failure, terminal};
-use crate::app::listings::{RobotList, RobotView};
+use crate::app::catalog::{RobotView, robots};
 
 /// Arguments of `robots`.
 #[derive(Debug, Args)]
@@ -17,7 +17,7 @@ pub struct Arguments {
 
 /// Lists them.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
-    let list = RobotList::of_program().map_err(|problem| refused(problem, "--robot"))?;
+    let list = robots().map_err(|problem| refused(problem, "--robot"))?;
     terminal::print(&match arguments.json {
         true => format!("{:#}\n", json!(list)),
         false => list.robots.iter().map(line).collect(),

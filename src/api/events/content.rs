@@ -59,7 +59,7 @@ pub enum TenantEventKind {
 #[derive(JsonSchema)]
 #[schemars(untagged)]
 pub enum TenantEventData {
-    OfJob(EventData),
+    OfJob(Box<EventData>),
     OfRecording(RecordingEventData),
 }
 

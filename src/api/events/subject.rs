@@ -1,7 +1,7 @@
 //! Subject of events: a job, a recording of episodes, or all of a tenant's.
 //!
-//! Each has numbered rows in the store; a job and a recording end, a tenant does not. Pages and streams know nothing else
-//! of them.
+//! Each has numbered rows in the store; a job and a recording end, a tenant does not. Pages and streams know nothing
+//! else of them.
 
 use std::collections::BTreeMap;
 use std::fmt;

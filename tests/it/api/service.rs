@@ -1,4 +1,4 @@
-//! What a server says of itself: its queue, its catalog, its robots, and the schema of requests.
+//! Facts about a server: its queue, its catalog, its robots, and the schema of requests.
 
 use hyper::Method;
 use serde_json::{Value, json};

@@ -74,10 +74,10 @@ async fn a_stream_tells_of_all_jobs_from_now_on_and_goes_on_where_it_broke_off()
     let expected = pages(&server, last_known).await;
     let rest = EventStream::open(server.service.address, "/events?after=0", Some(seen.last().unwrap().seq));
     let (rest, _) = rest.read(expected.len() - seen.len()).await;
-    let told = [seen, rest].concat();
-    assert_eq!(told.iter().map(|event| event.data.clone()).collect::<Vec<_>>(), expected);
+    let received = [seen, rest].concat();
+    assert_eq!(received.iter().map(|event| event.data.clone()).collect::<Vec<_>>(), expected);
     assert!(
-        told.iter().any(|event| event.data["job_id"] == before.as_str() && event.kind == "job_succeeded")
+        received.iter().any(|event| event.data["job_id"] == before.as_str() && event.kind == "job_succeeded")
     );
-    assert!(told.iter().any(|event| event.data["job_id"] == job.as_str() && event.kind == "job_queued"));
+    assert!(received.iter().any(|event| event.data["job_id"] == job.as_str() && event.kind == "job_queued"));
 }

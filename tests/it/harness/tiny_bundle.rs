@@ -1,7 +1,7 @@
 //! A pipeline of one stage that packs a whole, tiny bundle: enough for what reads bundles.
 //!
-//! A text that contains `quarantine` fails its certificate, and one with `render` has a real image. Every text has a mesh
-//! of its own.
+//! A text that contains `quarantine` fails its certificate, and one with `render` has a real image. Every text has a
+//! mesh of its own.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -2,10 +2,10 @@
 //!
 //! A sequence that writers took numbers from would not do: of two transactions, the one with the smaller number may
 //! commit later, and a reader that has seen the greater one would skip it. Writers that waited for each other would be
-//! slow. So an event is written without a position, and whoever reads numbers what was committed meanwhile
+//! slow. So an event is written without a position, and a reader numbers what was committed meanwhile
 //! ([`Store::number_events`]): one transaction at a time, as each holds the row of the counter until it has committed.
-//! Positions become visible in their order, and a reader that has seen position `n` has seen all before it. Within a job
-//! and within a recording, positions follow the numbers of the events.
+//! Positions become visible in their order, and a reader that has seen position `n` has seen all before it. Within a
+//! job and within a recording, positions follow the numbers of the events.
 
 use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
@@ -41,7 +41,7 @@ impl Store {
     /// Gives every event that is committed and has no position yet the next one.
     #[boxed]
     pub async fn number_events(&self) -> Result<(), StoreError> {
-        // Nobody else waits for the counter while there is nothing to number.
+        // Without new events, no transaction holds the counter.
         while self.has_unnumbered().await? {
             self.writer.write("number events", |connection| Box::pin(number(connection))).await?;
         }

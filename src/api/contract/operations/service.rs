@@ -6,7 +6,7 @@ use crate::api::probes::OpenApi;
 use crate::api::probes::Status;
 use crate::api::probes::Version;
 use crate::api::queue::QueueView;
-use crate::app::listings::{Catalog, RobotList};
+use crate::app::catalog::{Catalog, RobotList};
 use crate::schemas::datasets::OpenDocument;
 use crate::schemas::values::PathText;
 

@@ -34,7 +34,7 @@ pub struct ActiveJob {
     pub scene_id: Option<SceneId>,
     pub dataset_id: Option<DatasetId>,
     pub recording_id: Option<RecordingId>,
-    /// Its newest claim, milliseconds since 1970.
+    /// Time of the newest claim of the job, milliseconds since 1970.
     pub claimed_at_ms: i64,
 }
 

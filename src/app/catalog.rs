@@ -1,11 +1,12 @@
-//! What requests can name, as it is compiled in: categories of objects, and robots.
+//! Categories of objects, and robots, which requests can name, as they are compiled in.
 
+use ::catalog::{Affordance, Category, State, categories};
+use robot::model::{Robot, library};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::tasks::robot_named;
 use crate::problem::Problem;
-use catalog::{Affordance, Category, State, categories};
-use robot::model::{Robot, library};
 
 /// The objects that scenes are made of.
 #[derive(Serialize, JsonSchema)]
@@ -24,7 +25,7 @@ pub struct CategoryView {
     /// Other objects, in words, for which one of this category stands in.
     pub stands_in_for: &'static [String],
     pub families: &'static [String],
-    /// What it is used as, such as `cutlery`.
+    /// Functional group, such as `cutlery`.
     pub group: &'static str,
     pub size: SizeView,
     /// Mass at the typical size, kilograms; null where it follows from volume and substance.
@@ -48,13 +49,6 @@ pub struct SizeView {
     pub low_m: [f64; 3],
     #[schemars(inner(range(min = 0.0, max = 10.0)))]
     pub high_m: [f64; 3],
-}
-
-impl Catalog {
-    /// Every category of the program.
-    pub fn of_program() -> Self {
-        Self { categories: categories().iter().map(CategoryView::new).collect() }
-    }
 }
 
 impl CategoryView {
@@ -126,15 +120,17 @@ impl RobotView {
     }
 }
 
-impl RobotList {
-    /// Every robot of the program.
-    ///
-    /// # Errors
-    ///
-    /// A [`Problem`] if a description of the program cannot be read, which is a bug.
-    pub fn of_program() -> Result<Self, Problem> {
-        let robots = library::names().map(super::tasks::robot_named);
-        let robots = robots.map(|robot| robot.map(|robot| RobotView::new(&robot)));
-        Ok(Self { robots: robots.collect::<Result<_, _>>()? })
-    }
+/// Every category that a text can name, in the order of the catalog.
+pub fn catalog() -> Catalog {
+    Catalog { categories: categories().iter().map(CategoryView::new).collect() }
+}
+
+/// Every robot that is built in.
+///
+/// # Errors
+///
+/// A [`Problem`], where the file of a robot cannot be read.
+pub fn robots() -> Result<RobotList, Problem> {
+    let robots = library::names().map(|name| robot_named(name).map(|robot| RobotView::new(&robot)));
+    Ok(RobotList { robots: robots.collect::<Result<_, _>>()? })
 }
