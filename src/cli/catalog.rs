@@ -64,7 +64,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 fn named<'c>(catalog: &'c Catalog, name: &str) -> Result<&'c CategoryView, Failure> {
     let name = name.to_lowercase();
     let is_named = |category: &&CategoryView| {
-        category.name == name || category.label == name || category.synonyms.iter().any(|word| *word == name)
+        category.name == name || category.label == name || category.synonyms.contains(&name)
     };
     catalog.categories.iter().find(is_named).ok_or_else(|| {
         Failure::usage(format!("the catalog has no {name:?}; `tabletopgen catalog list` lists what it has"))
