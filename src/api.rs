@@ -263,8 +263,8 @@ impl Api {
     }
 }
 
-/// Submissions that are written at the same time. More would only compete for the processor, and one that has to wait for
-/// the database leaves it to the others.
+/// Submissions that are written at the same time. More would only compete for the processor, and one that has to
+/// wait for the database leaves it to the others.
 const SUBMISSIONS_PER_CORE: usize = 2;
 
 /// Event streams that read rows at the same time. Other requests keep the remaining connections to the database.

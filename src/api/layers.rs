@@ -18,8 +18,8 @@ use crate::path_without_keys::path_without_keys;
 use crate::problem::{Problem, ProblemType};
 use crate::spans;
 
-/// Refusals by a limit are answered after this pause. A client that does not heed `Retry-After` sends again when it has the
-/// answer, and answering it at once would take the processor from other tenants.
+/// Refusals by a limit are answered after this pause. A client that does not heed `Retry-After` sends again when it has
+/// the answer, and answering it at once would take the processor from other tenants.
 const PAUSE_OF_REFUSAL: Duration = Duration::from_millis(100);
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");

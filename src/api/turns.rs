@@ -1,5 +1,5 @@
-//! Turns of tenants at a scarce part of the server: a few requests have it at a time, and when one leaves, the next is of
-//! the tenant that waits longest for a turn, however many of another tenant wait.
+//! Turns of tenants at a scarce part of the server: a few requests have it at a time, and when one leaves, the next is
+//! of the tenant that waits longest for a turn, however many of another tenant wait.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

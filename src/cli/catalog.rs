@@ -91,7 +91,7 @@ fn line(category: &CategoryView) -> String {
     )
 }
 
-/// The middle of the range of sizes.
+/// Mean of the smallest and the largest size, meters.
 fn typical_m(category: &CategoryView) -> [f64; 3] {
     std::array::from_fn(|axis| f64::midpoint(category.size.low_m[axis], category.size.high_m[axis]))
 }

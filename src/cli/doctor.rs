@@ -34,7 +34,7 @@ pub struct Arguments {
 struct Finding {
     check: &'static str,
     state: State,
-    /// What was found, with what to do about it where something is amiss.
+    /// The finding, with advice where something is amiss.
     detail: String,
 }
 
@@ -42,10 +42,10 @@ struct Finding {
 #[serde(rename_all = "snake_case")]
 enum State {
     Ok,
-    /// It works, and not as well as it could.
+    /// Works, and not as well as it could.
     Warning,
     Failed,
-    /// It was not tried; the detail says why.
+    /// Not tried; the detail says why.
     Skipped,
 }
 

@@ -21,10 +21,10 @@ use command::Command;
 use folder::Folder;
 use parameters::{Edit, Episodes, Execute, Generate, Inspect, Parse, Tasks, Variants};
 
-/// What an assistant is told before its first call.
+/// Instructions that an assistant gets before its first call.
 const INSTRUCTIONS: &str = "Makes tabletop scenes for robot simulation (USD, URDF, MJCF, SDF, GLB), edits and varies them, \
     proposes tasks in them, lets a simulated robot do these, and records demonstrations. Scenes, tasks and recordings are \
-    known by the names that the calls give them. A scene is fit for use if its verdict is `pass`; look at its picture with \
+    known by the names that the calls give them. A scene is fit for use if its verdict is `pass`; see its image with \
     `inspect`. Lengths are meters, angles radians, masses kilograms; z points up.";
 
 /// Arguments of `mcp`.
@@ -69,7 +69,7 @@ type Answer = Result<CallToolResult, ErrorData>;
 
 #[tool_router]
 impl Tools {
-    /// Makes a scene from a description; takes some seconds. Answers with its certificate and a picture.
+    /// Makes a scene from a description; takes some seconds. Answers with its certificate and an image.
     #[tool(annotations(title = "Make a scene", destructive_hint = false, open_world_hint = false))]
     async fn generate(
         &self,
@@ -82,7 +82,7 @@ impl Tools {
         option(&mut arguments, "--seed", seed);
         option(&mut arguments, "--max-objects", max_objects);
         let answer = self.command.run("generate", arguments, &context).await?;
-        Ok(self.with_picture(answer, &scene))
+        Ok(self.with_preview(answer, &scene))
     }
 
     /// Says what a description is understood as, without making a scene.
@@ -104,7 +104,7 @@ impl Tools {
         arguments.extend(["--text".to_owned(), text, "--out".to_owned(), self.folder.new_item(&new_scene)?]);
         option(&mut arguments, "--seed", seed);
         let answer = self.command.run("edit", arguments, &context).await?;
-        Ok(self.with_picture(answer, &new_scene))
+        Ok(self.with_preview(answer, &new_scene))
     }
 
     /// Makes scenes from a finished one that differ in layout, meshes, colors, light and more.
@@ -123,13 +123,13 @@ impl Tools {
         self.command.run("variants", arguments, &context).await
     }
 
-    /// Shows a finished scene: its objects with poses, sizes and masses, and a picture.
-    #[tool(annotations(title = "Look at a scene", read_only_hint = true, open_world_hint = false))]
+    /// Shows a finished scene: its objects with poses, sizes and masses, and an image.
+    #[tool(annotations(title = "Inspect a scene", read_only_hint = true, open_world_hint = false))]
     async fn inspect(&self, Parameters(given): Parameters<Inspect>) -> Answer {
         self.folder.item(&given.scene)?;
         let document = self.folder.document(&given.scene)?;
         let answer = CallToolResult::success(vec![ContentBlock::text(document)]);
-        Ok(self.with_picture(answer, &given.scene))
+        Ok(self.with_preview(answer, &given.scene))
     }
 
     /// Lists the scenes and other results that there are.
@@ -202,9 +202,9 @@ impl Tools {
 }
 
 impl Tools {
-    /// The answer with the picture of a scene, if it has one.
-    fn with_picture(&self, mut answer: CallToolResult, scene: &str) -> CallToolResult {
-        answer.content.extend(self.folder.picture(scene));
+    /// The answer with the preview of a scene, if it has one.
+    fn with_preview(&self, mut answer: CallToolResult, scene: &str) -> CallToolResult {
+        answer.content.extend(self.folder.preview(scene));
         answer
     }
 }

@@ -22,10 +22,10 @@ const BUNDLED_CHANGES: Duration = Duration::from_millis(20);
 /// Requests of a recipe that get their rows together.
 const EXPANDED_TOGETHER: usize = 200;
 
-/// The feeder rests so many times as long as it looked at batches.
-const LOOK_SHARE: u32 = 4;
+/// The feeder rests so many times as long as a round over the batches took.
+const REST_PER_ROUND: u32 = 4;
 
-/// Longest pause after batches were looked at.
+/// Longest pause after a round.
 const LONGEST_REST: Duration = Duration::from_secs(1);
 
 /// Feeds from now on until `shutdown`.
@@ -62,8 +62,8 @@ async fn feed_until_shutdown(feeder: Feeder, poll: Duration, shutdown: Cancellat
                 tracing::error!(error = error.chain(), "cannot feed the batches; trying again later")
             }
         }
-        // Each look asks for every batch, and with many that takes long: most changes are none of theirs.
-        let rest = (LOOK_SHARE * began.elapsed()).clamp(BUNDLED_CHANGES, LONGEST_REST);
+        // A round asks for every batch, and with many that takes long; most changes are none of theirs.
+        let rest = (REST_PER_ROUND * began.elapsed()).clamp(BUNDLED_CHANGES, LONGEST_REST);
         tokio::select! {
             () = shutdown.cancelled() => {}
             _ = changes.changed() => tokio::time::sleep(rest).await,

@@ -42,23 +42,23 @@ def text(result: CallToolResult) -> str:
     return first.text
 
 
-def picture(result: CallToolResult) -> PIL.Image.Image:
+def preview(result: CallToolResult) -> PIL.Image.Image:
     (found,) = [part for part in result.content if isinstance(part, ImageContent)]
     return PIL.Image.open(io.BytesIO(base64.b64decode(found.data)))
 
 
-def test_a_scene_is_made_edited_looked_at_and_acted_in(tmp_path: Path) -> None:
+def test_a_scene_is_made_edited_inspected_and_acted_in(tmp_path: Path) -> None:
     async def talk(session: ClientSession) -> None:
         tools = {tool.name: tool for tool in (await session.list_tools()).tools}
         assert {"generate", "edit", "inspect", "tasks", "execute", "episodes"} <= set(tools)
         assert all(tool.description for tool in tools.values())
         made = await session.call_tool("generate", {"scene": "desk", "text": "A desk with a mug and a plate", "seed": 7})
         assert document(made)["verdict"] == "pass"
-        assert picture(made).size == (960, 720)
+        assert preview(made).size == (960, 720)
         edit = {"scene": "desk", "text": "move the mug to the left of the plate", "new_scene": "desk2", "seed": 7}
         assert document(await session.call_tool("edit", edit))["verdict"] == "pass"
         seen = await session.call_tool("inspect", {"scene": "desk2"})
-        at = {thing["name"]: thing["translation_m"] for thing in document(seen)["instances"]}
+        at = {item["name"]: item["translation_m"] for item in document(seen)["instances"]}
         assert at["mug_1"][0] < at["plate_1"][0]
         proposed = document(await session.call_tool("tasks", {"scene": "desk", "count": 2}))["proposed"]
         assert len(proposed) == 2

@@ -7,7 +7,7 @@ use rmcp::model::{CallToolResult, ContentBlock};
 use rmcp::service::RequestContext;
 use rmcp::{ErrorData, RoleServer};
 
-/// This program.
+/// The program that runs.
 #[derive(Clone, Debug)]
 pub struct Command {
     program: PathBuf,

@@ -66,10 +66,10 @@ impl Folder {
             .map_err(|error| ErrorData::invalid_params(format!("{scene} is no scene: {error}"), None))
     }
 
-    /// The picture of a scene, if it has one.
-    pub fn picture(&self, scene: &str) -> Option<ContentBlock> {
-        let picture = std::fs::read(self.path(scene).ok()?.join("preview/hero.png")).ok()?;
-        Some(ContentBlock::image(STANDARD.encode(picture), "image/png"))
+    /// The image of a scene, if it has one.
+    pub fn preview(&self, scene: &str) -> Option<ContentBlock> {
+        let png = std::fs::read(self.path(scene).ok()?.join("preview/hero.png")).ok()?;
+        Some(ContentBlock::image(STANDARD.encode(png), "image/png"))
     }
 
     /// Names of what is there, JSON: scenes, also those within the folders of variants, and other results.

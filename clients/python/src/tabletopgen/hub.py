@@ -1,7 +1,7 @@
 """Datasets in repositories of the Hugging Face Hub, by its package `huggingface_hub`, which is imported when called.
 
-The Hub is the one of the environment variable `HF_ENDPOINT`, else huggingface.co; the token is the one given, else that of
-`HF_TOKEN` or of `hf auth login`.
+The Hub is the one of the environment variable `HF_ENDPOINT`, else huggingface.co; the token is the one given, else that
+of `HF_TOKEN` or of `hf auth login`.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ INFO = Path("meta", "info.json")
 
 
 def push(folder: Path, repo_id: str, *, private: bool | None = None, token: str | None = None, message: str | None = None) -> str:
-    """Uploads a folder as a dataset repository, which is made where there is none; files there that are not in the folder
-    stay. A dataset for LeRobot gets the tag of its format's version, by which LeRobot finds it. Returns the repository's
-    address."""
+    """Uploads a folder as a dataset repository, which is made where there is none; files there that are not in the
+    folder stay. A dataset for LeRobot gets the tag of its format's version, by which LeRobot finds it. Returns the
+    repository's address."""
     api = imported("huggingface_hub").HfApi(token=token)
     # The package may tell the full name, with that of the user before it.
     repo = api.create_repo(repo_id, repo_type="dataset", private=private, exist_ok=True)

@@ -15,8 +15,8 @@ APPLICATION = "tabletopgen"
 
 
 def write_scene(bundle: Path, path: str | Path) -> Path:
-    """A bundle with GLB as entities of the frame `world`, in meters: table and objects by their names, each with its mesh,
-    mass and friction, and the camera of the image, which is shown in it. Returns the path of the file."""
+    """A bundle with GLB as entities of the frame `world`, in meters: table and objects by their names, each with its
+    mesh, mass and friction, and the camera of the image, which is shown in it. Returns the path of the file."""
     rr = imported("rerun", PACKAGE)
     scene = json.loads((bundle / "scene.json").read_text(encoding="utf-8"))
     target = placed(path)
@@ -45,8 +45,8 @@ def write_scene(bundle: Path, path: str | Path) -> Path:
 
 
 def write_episode(dataset: Path, episode: int, path: str | Path) -> Path:
-    """An episode of a dataset for LeRobot: cameras, state, action and the rest by frames, as Rerun's reader of LeRobot names
-    them. Returns the path of the file."""
+    """An episode of a dataset for LeRobot: cameras, state, action and the rest by frames, as Rerun's reader of LeRobot
+    names them. Returns the path of the file."""
     imported("rerun", PACKAGE)
     reader = imported("rerun.experimental", PACKAGE).LeRobotReader(dataset)
     if episode not in reader.episodes():

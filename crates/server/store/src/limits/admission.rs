@@ -76,8 +76,8 @@ impl Admission {
         &self.settings
     }
 
-    /// The refusal of a scene of the tenant a moment ago, if this process has made no room since. A tenant that is told
-    /// to come back later and does not is answered by this, so that the transactions of others need not wait for it.
+    /// The refusal of a scene of the tenant a moment ago, if this process has made no room since. A tenant that
+    /// does not heed `Retry-After` is answered by this, so that the transactions of others need not wait for it.
     pub(crate) fn recent_refusal(&self, tenant_id: &TenantId) -> Option<LimitReached> {
         let refusals = self.refusals.lock().unwrap_or_else(PoisonError::into_inner);
         refusals
