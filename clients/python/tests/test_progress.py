@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import sys
+from types import SimpleNamespace
 
 import pytest
 
-from tabletopgen._progress import Bar
+from tabletopgen._progress import Bar, is_kernel, is_watched
 from tabletopgen.models import Event
 
 
@@ -20,6 +21,14 @@ def test_nothing_is_shown_where_no_one_sees_it(capfd: pytest.CaptureFixture[str]
     with Bar(None, "scene") as bar:
         bar.show_event(finished("certify"))
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_kernel_shows_progress_and_a_program_that_imports_ipython_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    shell = SimpleNamespace()
+    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: shell))
+    assert not is_kernel()
+    shell.kernel = object()
+    assert is_kernel() and is_watched()
 
 
 def test_stages_are_counted_by_tqdm(capfd: pytest.CaptureFixture[str]) -> None:

@@ -6,6 +6,7 @@ import contextlib
 import importlib
 import sys
 import time
+import warnings
 from types import TracebackType
 from typing import Any
 
@@ -14,7 +15,13 @@ from tabletopgen.models import Event
 
 def is_watched() -> bool:
     """Whether someone sees standard error: a terminal, or the kernel of a notebook."""
-    return sys.stderr.isatty() or "ipykernel" in sys.modules
+    return sys.stderr.isatty() or is_kernel()
+
+
+def is_kernel() -> bool:
+    """Whether this process is the kernel of a notebook; its packages may be imported elsewhere."""
+    ipython = sys.modules.get("IPython")
+    return hasattr(ipython.get_ipython(), "kernel") if ipython else False
 
 
 class Bar:
@@ -28,7 +35,9 @@ class Bar:
 
     def __enter__(self) -> Bar:
         if self.shown:
-            with contextlib.suppress(ImportError):
+            with contextlib.suppress(ImportError), warnings.catch_warnings():
+                # Without ipywidgets the bar of a notebook is a line, which is well.
+                warnings.simplefilter("ignore")
                 self.tqdm = importlib.import_module("tqdm.auto").tqdm(desc=self.title, total=self.total, leave=False)
         return self
 
