@@ -63,7 +63,7 @@ def test_a_scene_is_made_edited_inspected_and_acted_in(tmp_path: Path) -> None:
         proposed = document(await session.call_tool("tasks", {"scene": "desk", "count": 2}))["proposed"]
         assert len(proposed) == 2
         doing = {"scene": "desk", "task": "put the mug on the plate", "out": "run"}
-        assert document(await session.call_tool("execute", doing))["verdict"]["success"]
+        assert document(await session.call_tool("execute", doing))["execution"]["succeeded"]
         assert document(await session.call_tool("list", {})) == {"scenes": ["desk", "desk2"], "other_folders": ["run"]}
 
     spoken(tmp_path, talk)
