@@ -68,6 +68,10 @@ def test_the_files_of_its_bundle_are_read_one_by_one(made: Scene) -> None:
     content = made.file_bytes("glb/mug_1.glb")
     assert hashlib.sha256(content).hexdigest() == files["glb/mug_1.glb"].sha256
     assert {instance["name"] for instance in made.file("scene.json")["instances"]} == {"mug_1", "apple_1"}
+    mug = next(instance for instance in made.file("scene.json")["instances"] if instance["name"] == "mug_1")
+    # Files of GLB have +y up.
+    assert sorted(made.file("glb/mug_1.glb").extents) == pytest.approx(sorted(mug["size_m"]), abs=1e-3)
+    assert "mjcf/scene.xml" in made.file("README.md") and made.file("preview/hero.png").size[0] > 640
     with pytest.raises(errors.NotFoundError):
         made.file("no/such.file")
 
@@ -275,6 +279,10 @@ def test_the_asynchronous_client_orders_all_kinds_of_work(client: Client, made: 
             assert [one.id async for one in other.datasets(name="two")] == [(await other.dataset(dataset.id)).id]
             await dataset.delete()
             await batch.delete(scenes=True)
+            mapped = [one async for one in other.map(["a mug", "zorgle", "a mug"], seeds=[1], name="async")]
+            assert [(one.ok, one.error is None) for one in mapped] == [(True, True), (False, False), (True, True)]
+            again = [one async for one in other.map(["a mug", "zorgle", "a mug"], seeds=[1], name="async")]
+            assert [one.scene and one.scene.id for one in again] == [one.scene and one.scene.id for one in mapped]
 
     asyncio.run(several())
 
