@@ -350,8 +350,8 @@ def check_categories(target: Path) -> str:
 
 
 def check_documents(target: Path) -> str:
-    """The fences of README; those of the guide take many minutes: `python3 -m tabletopgen_checks.documents` runs them
-    all."""
+    """The fences of README and tutorial but the slow ones; `python3 -m tabletopgen_checks.documents` runs them all, and
+    those of the guide, which take many minutes."""
     return documented.check(target / "debug" / "tabletopgen", documented.GROUPS[:1])
 
 
