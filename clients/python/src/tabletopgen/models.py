@@ -1160,7 +1160,7 @@ class RotateOperation(Model):
 
 class SceneFacets(Model):
     """
-    How many of the scenes have what; of more than 100,000, the newest ones are counted.
+    Numbers of scenes by their properties; of more than 100,000, the newest ones are counted.
     """
 
     total: int
@@ -1799,7 +1799,7 @@ class Category(Model):
     families: list[str]
     group: str
     """
-    What it is used as, such as `cutlery`.
+    Functional group, such as `cutlery`.
     """
     size: SizeView
     mass_kg: float | None
@@ -2256,7 +2256,7 @@ class HeldJob(Model):
     recording_id: UUID | None
     since: AwareDatetime
     """
-    Its newest claim.
+    Time of the newest claim of the job.
     """
 
 
