@@ -108,7 +108,7 @@ def test_a_dataset_of_scenes_comes_to_the_hub_byte_for_byte(client: Client, made
     assert hub.objects, "large files are stored apart"
 
 
-def test_a_recording_comes_to_the_hub_with_the_tag_that_lerobot_looks_for(client: Client, recorded: Recording, tmp_path: Path) -> None:
+def test_a_recording_comes_to_the_hub_with_the_tag_that_lerobot_reads(client: Client, recorded: Recording, tmp_path: Path) -> None:
     hub = pushed(client, f"recording('{recorded.id}').push_to_hub('me/lift')", tmp_path / "home")
     root = recorded.to_lerobot(tmp_path / "dataset")
     assert digests(hub.files) == {str(path.relative_to(root)): digest_of(path) for path in root.rglob("*") if path.is_file()}

@@ -1529,7 +1529,7 @@ export interface components {
             /** @description Other objects, in words, for which one of this category stands in. */
             stands_in_for: string[];
             families: string[];
-            /** @description What it is used as, such as `cutlery`. */
+            /** @description Functional group, such as `cutlery`. */
             group: string;
             size: components["schemas"]["SizeView"];
             /** @description Mass at the typical size, kilograms; null where it follows from volume and substance. */
@@ -2228,7 +2228,7 @@ export interface components {
             recording_id: string | null;
             /**
              * Format: date-time
-             * @description Its newest claim.
+             * @description Time of the newest claim of the job.
              */
             since: string;
         };
@@ -3373,7 +3373,7 @@ export interface components {
             spending?: components["schemas"]["Spending"];
             links: components["schemas"]["SceneLinks"];
         };
-        /** @description How many of the scenes have what; of more than 100,000, the newest ones are counted. */
+        /** @description Numbers of scenes by their properties; of more than 100,000, the newest ones are counted. */
         SceneFacets: {
             /** Format: int64 */
             total: number;
