@@ -10,7 +10,7 @@ from tabletopgen_checks.repository import PYTHON
 LAYERS = [
     {"cargo_results", "problem", "repository"},
     {"catalog", "processes", "result_pages", "virtual_environment"},
-    {"client", "lint", "scene", "service", "step_report", "tools", "webhook_receiver"},
+    {"client", "dist", "lint", "page", "scene", "service", "step_report", "tools", "webhook_receiver"},
     {"data", "golden", "judges", "language", "robots"},
     {"edits"},
     {"bars"},
