@@ -111,7 +111,7 @@ def test_lists_have_every_scene_on_however_many_pages(client: Client, made: Scen
         other.delete()
     with pytest.raises(errors.GoneError) as gone:
         client.scene(others[0].id)
-    assert gone.value.code == "scene_deleted"
+    assert gone.value.code == "scene_deleted" and "data:image" not in others[0]._repr_html_()
 
 
 def test_edits_and_variants_are_new_scenes(client: Client, made: Scene) -> None:

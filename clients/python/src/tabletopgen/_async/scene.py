@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import AsyncIterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -16,7 +17,7 @@ from tabletopgen._async.execution import AsyncExecution
 from tabletopgen._async.recording import AsyncRecording
 from tabletopgen._async.resource import AsyncResource
 from tabletopgen._requests import Query, escaped, get, given, patch, post
-from tabletopgen.errors import NotFoundError, WorkFailedError
+from tabletopgen.errors import ApiError, WorkFailedError
 
 BundleFormat = Literal["usd", "urdf", "mjcf", "sdf", "glb", "all"]
 TASKS_SECS = 900.0
@@ -37,11 +38,12 @@ class AsyncScene(AsyncResource[models.Scene]):
 
     async def _shown(self) -> tuple[bytes, str] | None:
         """The render of a finished scene, else the reference image, else nothing; with its media type."""
-        try:
-            return await self._content("preview", {"width": _html.WIDTH_PX})
-        except NotFoundError:
-            names = [artifact.name for artifact in self.data.artifacts or ()]
-            return await self._artifact(REFERENCE) if REFERENCE in names else None
+        images: list[tuple[str, Query]] = [("preview", {"width": _html.WIDTH_PX}), (f"artifacts/{escaped(REFERENCE)}", {})]
+        for name, query in images:
+            # A card without an image is better than none, also of a scene that has been deleted.
+            with contextlib.suppress(ApiError):
+                return await self._content(name, query)
+        return None
 
     @property
     def ok(self) -> bool:

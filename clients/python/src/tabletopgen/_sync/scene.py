@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -17,7 +18,7 @@ from tabletopgen._sync import io
 from tabletopgen._sync.execution import Execution
 from tabletopgen._sync.recording import Recording
 from tabletopgen._sync.resource import Resource
-from tabletopgen.errors import NotFoundError, WorkFailedError
+from tabletopgen.errors import ApiError, WorkFailedError
 
 BundleFormat = Literal["usd", "urdf", "mjcf", "sdf", "glb", "all"]
 TASKS_SECS = 900.0
@@ -38,11 +39,12 @@ class Scene(Resource[models.Scene]):
 
     def _shown(self) -> tuple[bytes, str] | None:
         """The render of a finished scene, else the reference image, else nothing; with its media type."""
-        try:
-            return self._content("preview", {"width": _html.WIDTH_PX})
-        except NotFoundError:
-            names = [artifact.name for artifact in self.data.artifacts or ()]
-            return self._artifact(REFERENCE) if REFERENCE in names else None
+        images: list[tuple[str, Query]] = [("preview", {"width": _html.WIDTH_PX}), (f"artifacts/{escaped(REFERENCE)}", {})]
+        for name, query in images:
+            # A card without an image is better than none, also of a scene that has been deleted.
+            with contextlib.suppress(ApiError):
+                return self._content(name, query)
+        return None
 
     @property
     def ok(self) -> bool:
