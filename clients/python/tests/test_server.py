@@ -274,7 +274,7 @@ def test_the_asynchronous_client_orders_all_kinds_of_work(client: Client, made: 
             batch = await (await other.submit_batch(["a mug", "zorgle"], name="two")).wait()
             assert [len(await batch.results()), len(await batch.errors()), len([one async for one in batch.scenes()])] == [1, 1, 2]
             assert batch.id in [one.id async for one in other.batches()] and (await other.batch(batch.id)).state == "finished"
-            dataset = await (await other.freeze_dataset("two", batch=batch.id)).wait()
+            dataset = await (await other.freeze_dataset("two", batch=batch.id, splits={"train": 1.0})).wait()
             assert (await dataset.download(tmp_path / "two")).is_dir() and (await (await dataset.verify()).wait()).state == "finished"
             assert [one.id async for one in other.datasets(name="two")] == [(await other.dataset(dataset.id)).id]
             await dataset.delete()
