@@ -1,7 +1,7 @@
 // Login, scopes and logout, against a server that asks for keys.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { start } from './browser.mjs';
+import { start, violations } from './browser.mjs';
 
 let studio;
 
@@ -52,5 +52,47 @@ test('an administrator makes and revokes a key, and logs out', async () => {
   assert.equal((await session()).status, 401);
   await page.click('text=Log out');
   await page.waitForSelector('dialog[open]');
+  await context.close();
+});
+
+test('a key that is revoked while a page is open is asked for again, and the page goes on where it was', async () => {
+  const first = studio.makeKey('read,submit');
+  const { page, context } = await studio.open('/');
+  const { page: other } = await studio.open('/gallery', { context });
+  await logIn(page, first.key);
+  await other.waitForSelector('text=There are no scenes yet');
+  await page.fill('#text', 'A desk with a mug');
+  await page.waitForSelector('.account .chip');
+  await page.fill('.seed', '5');
+  await page.evaluate(() => (window.isMarked = true));
+  studio.command('keys', 'revoke', first.id);
+  await page.fill('#text', 'A desk with a mug and two books');
+  await page.waitForSelector('dialog[open]');
+  assert.deepEqual(await violations(page), []);
+  await logIn(page, studio.makeKey('read,submit').key);
+  // What was written stays, and the check that was refused is asked for again.
+  await page.waitForSelector('.account .chip:has-text("book")');
+  assert.equal(await page.inputValue('.seed'), '5');
+  await page.click('text=Make the scene');
+  await page.waitForSelector('.progress >> text=Open the scene');
+  assert.equal(await page.evaluate(() => window.isMarked), true);
+  await page.waitForSelector('.stream.live', { state: 'attached' });
+  await other.waitForSelector('.gallery .cards .badge.good');
+  assert.equal(await other.locator('dialog').count(), 0);
+  await context.close();
+});
+
+test('a session that has expired is asked for again, also by the stream of events', async () => {
+  const { page, context } = await studio.open('/');
+  const key = studio.makeKey('read,submit').key;
+  await logIn(page, key);
+  await page.waitForSelector('.stream.live', { state: 'attached' });
+  await context.clearCookies();
+  // A stream that breaks comes back with what the browser has then.
+  await studio.kill();
+  await studio.restart();
+  await page.waitForSelector('dialog[open]');
+  await logIn(page, key);
+  await page.waitForSelector('.stream.live', { state: 'attached' });
   await context.close();
 });

@@ -13,17 +13,18 @@ import type { TenantEvent } from './types';
 export type StreamState = 'connecting' | 'live' | 'interrupted';
 export const streamState = signal<StreamState>('connecting');
 
-const listeners = new Set<(event: TenantEvent) => void>();
+const listeners = new Set<(event: TenantEvent | 'anything') => void>();
 const channel = new BroadcastChannel('tabletopgen-events');
 
-function tell(event: TenantEvent): void {
+/** Tells the parts of the page what happened, or that anything may have happened. */
+function tell(event: TenantEvent | 'anything'): void {
   for (const listener of listeners) listener(event);
 }
 
 /** Id of the last event, from which a new leader goes on. */
 let cursor = '';
 
-type Message = { event: TenantEvent; id: string } | { state: StreamState; id: string } | 'how is it?';
+type Message = { event: TenantEvent; id: string } | { state: StreamState; id: string; isBack?: boolean } | 'how is it?';
 
 /** Whether this tab has the stream. */
 let leads = false;
@@ -36,15 +37,17 @@ channel.onmessage = ({ data }: MessageEvent<Message>) => {
   cursor = data.id;
   if ('state' in data) {
     streamState.value = data.state;
+    if (data.isBack) tell('anything');
   } else {
     streamState.value = 'live';
     tell(data.event);
   }
 };
 
-function share(state: StreamState): void {
+function share(state: StreamState, isBack = false): void {
   streamState.value = state;
-  channel.postMessage({ state, id: cursor } satisfies Message);
+  channel.postMessage({ state, id: cursor, isBack } satisfies Message);
+  if (isBack) tell('anything');
 }
 
 /** Keeps a stream open until `ended`; after a refusal it asks whether the login has ended. */
@@ -58,7 +61,8 @@ async function stream(ended: AbortSignal): Promise<void> {
         closed();
       };
       ended.addEventListener('abort', close, { once: true });
-      source.onopen = () => share('live');
+      // Meanwhile requests may have failed, and a stream that knows no event yet begins with the next one.
+      source.onopen = () => share('live', streamState.value !== 'connecting');
       source.onerror = () => {
         share('interrupted');
         if (source.readyState === EventSource.CLOSED) close();
@@ -121,12 +125,12 @@ export function listen(): void {
   follow();
 }
 
-/** Calls `react` at events that `concerns` selects, at most once in `pause` milliseconds. */
+/** Calls `react` at events that `concerns` selects and after interruptions, at most once in `pause` milliseconds. */
 export function useEvents(concerns: (event: TenantEvent) => boolean, react: () => void, inputs: unknown[], pause = 250): void {
   useEffect(() => {
     let timer: ReturnType<typeof setTimeout> | undefined;
-    const listener = (event: TenantEvent) => {
-      if (!concerns(event)) return;
+    const listener = (event: TenantEvent | 'anything') => {
+      if (event !== 'anything' && !concerns(event)) return;
       timer ??= setTimeout(() => {
         timer = undefined;
         react();

@@ -8,7 +8,7 @@ import { useLoad } from '../load';
 import { href } from '../router';
 import { may } from '../session';
 import { announce } from '../ui/announce';
-import { Badge, Failed, Table, Waiting } from '../ui/parts';
+import { Absent, Badge, Failed, Table, Waiting } from '../ui/parts';
 import { YieldBar } from '../ui/yield_bar';
 
 interface Result {
@@ -39,7 +39,7 @@ export default function BatchPage({ id }: { id: string }) {
   const output = useLoad(batch.value ? `${path}/output ${ended}` : null, (signal) => linesOf(`${path}/output`, signal));
   const errors = useLoad(batch.value ? `${path}/errors ${ended}` : null, (signal) => linesOf(`${path}/errors`, signal));
   useEvents((event) => event.kind.startsWith('job_'), batch.reload, [], 1500);
-  if (!batch.value) return batch.error ? <Failed error={batch.error} again={batch.reload} /> : <Waiting what="the batch" />;
+  if (!batch.value) return batch.error ? <Absent title="Batch" error={batch.error} again={batch.reload} /> : <Waiting what="the batch" />;
   const { value } = batch;
   const share = yieldOf(value.request_counts);
   const act = async (what: 'cancel' | 'retry') => {

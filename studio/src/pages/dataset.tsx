@@ -7,7 +7,7 @@ import { useLoad } from '../load';
 import { may } from '../session';
 import { announce } from '../ui/announce';
 import { Bars, type BarItem } from '../ui/bars';
-import { Badge, Failed, Waiting } from '../ui/parts';
+import { Absent, Badge, Failed, Waiting } from '../ui/parts';
 import { DATASET_TONES } from './datasets';
 
 interface Distribution {
@@ -44,7 +44,7 @@ export default function DatasetPage({ id }: { id: string }) {
     getJson<Statistics>(dataset.value!.links.statistics, signal),
   );
   const files = useLoad(finished ? `${path} files` : null, (signal) => getJson<DatasetFiles>(dataset.value!.links.files, signal));
-  if (!dataset.value) return dataset.error ? <Failed error={dataset.error} again={dataset.reload} /> : <Waiting what="the dataset" />;
+  if (!dataset.value) return dataset.error ? <Absent title="Dataset" error={dataset.error} again={dataset.reload} /> : <Waiting what="the dataset" />;
   const { value } = dataset;
   const verification = value.verification;
   const verify = async () => {

@@ -11,7 +11,7 @@ import { fileUrl } from '../scene/scene_files';
 import type { Viewer } from '../scene/viewer';
 import { announce } from '../ui/announce';
 import { ClockBar, useClock } from '../ui/clock';
-import { Badge, Failed, Table, Waiting } from '../ui/parts';
+import { Absent, Badge, Failed, Table, Waiting } from '../ui/parts';
 import { Plot } from '../ui/plot';
 
 export default function ExecutionPage({ id }: { id: string }) {
@@ -23,7 +23,7 @@ export default function ExecutionPage({ id }: { id: string }) {
   const result = useLoad(job.value?.state === 'succeeded' ? `/executions/${id}` : null, (signal) =>
     getJson<ExecutedTask>(`/executions/${id}`, signal),
   );
-  if (!job.value) return job.error ? <Failed error={job.error} again={job.reload} /> : <Waiting what="the execution" />;
+  if (!job.value) return job.error ? <Absent title="Execution" error={job.error} again={job.reload} /> : <Waiting what="the execution" />;
   const cancel = async () => {
     try {
       await sendJson('POST', `/jobs/${id}/cancel`);

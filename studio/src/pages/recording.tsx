@@ -13,7 +13,7 @@ import { address, href, setQuery } from '../router';
 import { may } from '../session';
 import { announce } from '../ui/announce';
 import { ClockBar, useClock } from '../ui/clock';
-import { Badge, Failed, Waiting } from '../ui/parts';
+import { Absent, Badge, Failed, Waiting } from '../ui/parts';
 import { Plot } from '../ui/plot';
 import { YieldBar } from '../ui/yield_bar';
 
@@ -38,7 +38,7 @@ export default function RecordingPage({ id }: { id: string }) {
   const finished = recording.value?.state === 'finished';
   const files = useLoad(finished ? `${path} files` : null, (signal) => filesOf(id, signal));
   if (!recording.value)
-    return recording.error ? <Failed error={recording.error} again={recording.reload} /> : <Waiting what="the recording" />;
+    return recording.error ? <Absent title="Recording" error={recording.error} again={recording.reload} /> : <Waiting what="the recording" />;
   const { value } = recording;
   const { progress } = value;
   const over = ['finished', 'failed', 'cancelled'].includes(value.state);

@@ -2,7 +2,7 @@
 import type { ComponentType } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import { useEvents } from '../api/events';
-import { getJson, sendJson } from '../api/fetch';
+import { getJson, Refusal, sendJson } from '../api/fetch';
 import type { Scene } from '../api/types';
 import { dateTime, short } from '../format';
 import { useLoad } from '../load';
@@ -18,12 +18,12 @@ import { EditPanel } from '../scene/edit_panel';
 import { ObjectTree } from '../scene/object_tree';
 import { fileUrl } from '../scene/scene_files';
 import { StageStrip } from '../scene/stage_strip';
-import { StageTimeline } from '../scene/stage_timeline';
+import { AgainFrom, StageTimeline } from '../scene/stage_timeline';
 import { TasksPanel } from '../scene/tasks_panel';
 import { hasFiles, isOver, titleOf } from '../scene/title';
 import { may } from '../session';
 import { announce } from '../ui/announce';
-import { CopyButton, Failed, Panel, SceneBadge, Tabs, Waiting } from '../ui/parts';
+import { Absent, CopyButton, Failed, Panel, SceneBadge, Tabs, Waiting } from '../ui/parts';
 import { Review } from '../ui/review';
 
 type ViewerPanelType = typeof import('../scene/viewer_panel').ViewerPanel;
@@ -44,11 +44,12 @@ export default function ScenePage({ id }: { id: string }) {
   const path = `/scenes/${id}`;
   const scene = useLoad(path, (signal) => getJson<Scene>(path, signal));
   useEvents((event) => event.scene_id === id || event.job_id === scene.value?.job?.id, scene.reload, [id, scene.value?.job?.id]);
-  if (!scene.value) return scene.error ? <Failed error={scene.error} again={scene.reload} /> : <Waiting what="the scene" />;
+  const isDeleted = scene.error instanceof Refusal && scene.error.status === 410;
+  if (!scene.value || isDeleted) return scene.error ? <Absent title="Scene" error={scene.error} again={scene.reload} /> : <Waiting what="the scene" />;
   return (
     <div class="scene-page">
       <Head scene={scene.value} reload={scene.reload} />
-      {hasFiles(scene.value) ? <Finished scene={scene.value} onChange={scene.reload} /> : <Unfinished scene={scene.value} />}
+      {hasFiles(scene.value) ? <Finished scene={scene.value} onChange={scene.reload} /> : <Unfinished scene={scene.value} onChange={scene.reload} />}
     </div>
   );
 }
@@ -111,13 +112,14 @@ function Head({ scene, reload }: { scene: Scene; reload: () => void }) {
   );
 }
 
-function Unfinished({ scene }: { scene: Scene }) {
+function Unfinished({ scene, onChange }: { scene: Scene; onChange: () => void }) {
   return (
     <section class="card progress" aria-label="Progress">
       {scene.failure && <p class="notice bad">{scene.failure.message}</p>}
       {scene.state === 'deleted' && <p>The files of this scene were deleted.</p>}
       {scene.job?.queue_position !== undefined && <p class="hint">Number {scene.job.queue_position} of your scenes in the queue.</p>}
       <StageStrip scene={scene} />
+      <AgainFrom scene={scene} onChange={onChange} />
     </section>
   );
 }

@@ -53,11 +53,11 @@ export function StageTimeline({ scene, onChange }: { scene: Scene; onChange: () 
   );
 }
 
-/** Runs a scene again from a stage on; stages before it are found, not computed. */
-function AgainFrom({ scene, onChange }: { scene: Scene; onChange: () => void }) {
+/** Runs a scene again from a stage on; stages before it are found, not computed. A scene that is ready stays as it is. */
+export function AgainFrom({ scene, onChange }: { scene: Scene; onChange: () => void }) {
   const names = [...new Set((scene.stages ?? []).map((stage) => stage.stage))];
   const [from, setFrom] = useState('');
-  if (!scene.job || !isOver(scene) || !may('submit') || !names.length) return null;
+  if (!scene.job || scene.state !== 'failed' || !isOver(scene) || !may('submit') || !names.length) return null;
   const send = async (event: Event) => {
     event.preventDefault();
     try {

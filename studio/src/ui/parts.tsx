@@ -30,6 +30,17 @@ export function Failed({ error, again }: { error: Error; again?: () => void }) {
   );
 }
 
+/** A page whose subject does not load, or is no longer there. */
+export function Absent({ title, error, again }: { title: string; error: Error; again: () => void }) {
+  const isGone = error instanceof Refusal && [404, 410].includes(error.status);
+  return (
+    <>
+      <h1>{title}</h1>
+      <Failed error={error} {...(!isGone && { again })} />
+    </>
+  );
+}
+
 export function Waiting({ what }: { what: string }) {
   return (
     <p class="waiting" role="status">
