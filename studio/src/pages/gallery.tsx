@@ -31,7 +31,7 @@ export default function Gallery() {
     [JSON.stringify(search)],
     2000,
   );
-  const { at, setAt, decide, note, step } = useReview(list);
+  const { at, choose, decide, note, step } = useReview(list);
   useShortcuts(
     [
       { key: 'n', what: 'Next scene', run: () => step(1) },
@@ -72,7 +72,7 @@ export default function Gallery() {
           )}
           <ul class="cards" aria-label="Scenes">
             {list.scenes.map((scene, index) => (
-              <Card key={scene.id} scene={scene} current={index === at} onFocus={() => setAt(index)} />
+              <Card key={scene.id} scene={scene} current={index === at} onFocus={() => choose(scene.id)} />
             ))}
           </ul>
           <More token={list.next} busy={list.loading} load={list.more} />
@@ -98,8 +98,11 @@ function useScenes(search: Record<string, string>): SceneList {
   const [rest, setRest] = useState<{ key: string; scenes: Scene[]; next: string | null }>();
   const [busy, setBusy] = useState(false);
   const [changed, setChanged] = useState<Map<string, Scene>>(new Map());
-  // A new first page confirms what was changed here.
-  useEffect(() => setChanged(new Map()), [first.value]);
+  // A new first page confirms what was changed there; later pages stay as they were loaded.
+  useEffect(() => {
+    const confirmed = new Set(first.value?.scenes.map((scene) => scene.id));
+    setChanged((old) => new Map([...old].filter(([id]) => !confirmed.has(id))));
+  }, [first.value]);
   const later = rest?.key === key ? rest : undefined;
   const known = new Set(first.value?.scenes.map((scene) => scene.id));
   const scenes = [...(first.value?.scenes ?? []), ...(later?.scenes.filter((scene) => !known.has(scene.id)) ?? [])].map(
@@ -117,7 +120,13 @@ function useScenes(search: Record<string, string>): SceneList {
       setBusy(true);
       getJson<ScenePage>(withQuery('/scenes', { ...search, page_size: PAGE_SIZE, page_token: next }))
         .then(
-          (page) => setRest({ key, scenes: [...(later?.scenes ?? []), ...page.scenes], next: page.next_page_token ?? null }),
+          // The first page is kept too: new scenes push its last ones out of it.
+          (page) =>
+            setRest({
+              key,
+              scenes: [...(later?.scenes ?? first.value?.scenes ?? []), ...page.scenes],
+              next: page.next_page_token ?? null,
+            }),
           (error: Error) => announce(error.message, 'bad'),
         )
         .finally(() => setBusy(false));
@@ -127,16 +136,26 @@ function useScenes(search: Record<string, string>): SceneList {
 
 /** The scene that keys act on. A decision shows at once, and is taken back if the server refuses it. */
 function useReview(list: SceneList) {
-  const [at, setAt] = useState(0);
+  // New scenes move the others on, so the scene is known by its id. Keys come quicker than drawings: the reference is
+  // what holds.
+  const chosen = useRef<string>(undefined);
+  const [, draw] = useState<string>();
   const latest = useRef(list);
   latest.current = list;
-  const show = (index: number) => {
-    setAt(index);
+  const place = () => Math.max(0, latest.current.scenes.findIndex((scene) => scene.id === chosen.current));
+  const choose = (id: string) => {
+    chosen.current = id;
+    draw(id);
+  };
+  const step = (by: number) => {
+    const { scenes } = latest.current;
+    const index = Math.min(Math.max(place() + by, 0), scenes.length - 1);
+    if (!scenes[index]) return;
+    choose(scenes[index].id);
     document.querySelectorAll<HTMLElement>('.gallery .cards > li > a')[index]?.focus();
   };
-  const step = (by: number) => show(Math.min(Math.max(at + by, 0), latest.current.scenes.length - 1));
   const set = (labels: Record<string, string | null>) => {
-    const scene = latest.current.scenes[at];
+    const scene = latest.current.scenes[place()];
     if (!scene || !may('submit')) return;
     const merged = Object.fromEntries(Object.entries({ ...scene.labels, ...labels }).filter(([, value]) => value !== null)) as Record<
       string,
@@ -153,12 +172,12 @@ function useReview(list: SceneList) {
     step(1);
   };
   const note = () => {
-    const scene = latest.current.scenes[at];
+    const scene = latest.current.scenes[place()];
     if (!scene) return;
     const text = prompt('Note about this scene', scene.labels[review.NOTE] ?? '');
     if (text !== null) set({ [review.NOTE]: text.trim() || null });
   };
-  return { at, setAt, step, decide, note };
+  return { at: place(), choose, step, decide, note };
 }
 
 function Card({ scene, current, onFocus }: { scene: Scene; current: boolean; onFocus: () => void }) {
