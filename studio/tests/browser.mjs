@@ -54,8 +54,8 @@ export async function startServer({ settings = [], scopes = [], own = false }) {
     makeKey,
     keys: scopes.map((list) => makeKey(list).key),
     kill: () => server.end('SIGKILL'),
-    async restart(more = []) {
-      server = await serve(data, new URL(url).host, [...settings, ...more]);
+    async restart() {
+      server = await serve(data, new URL(url).host, settings);
     },
     async stop() {
       await server.end('SIGTERM');

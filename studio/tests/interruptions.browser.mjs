@@ -110,11 +110,8 @@ test('a scene that is deleted in one tab is shown as deleted in another', async 
 });
 
 test('a quarantined scene has its image, its model and its reasons', async () => {
-  const scene = await post(`${studio.url}/scenes`, {
-    text: 'A desk with a mug',
-    seed: 22,
-    options: { set: { 'certify.dss_displacement_m': '1e-9' } },
-  });
+  // One hull fills the hollow of a mug.
+  const scene = await post(`${studio.url}/scenes`, { text: 'A desk with a mug', seed: 22, options: { set: { 'decompose.max_hulls': '1' } } });
   assert.equal(scene.verdict, 'quarantine', JSON.stringify(scene.failure ?? scene));
   const { page, context, faults } = await studio.open('/gallery?verdict=quarantine');
   await page.waitForSelector('.gallery .cards .badge.warn');
