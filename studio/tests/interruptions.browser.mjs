@@ -122,7 +122,7 @@ test('a quarantined scene has its image, its model and its reasons', async () =>
   await page.click('text=Certificate');
   await page.waitForSelector('.check-row .badge.bad, .check-row .badge.warn');
   assert.deepEqual(await violations(page), []);
-  // By keys alone: certify it again.
+  // Certify it again.
   await page.keyboard.press('ArrowRight');
   await page.waitForSelector('#tab-stages[aria-selected=true]');
   await page.selectOption('.timeline select', 'certify');

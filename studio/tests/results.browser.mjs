@@ -74,7 +74,7 @@ const PAGES = {
 };
 
 for (const [name, { ready, byKeys }] of Object.entries(PAGES)) {
-  test(`the page of a ${name} breaks no rule of accessibility, and is used by keys alone`, async () => {
+  test(`the page of the ${name} breaks no rule of accessibility, and is used by keys alone`, async () => {
     for (const dark of [false, true]) {
       const { page, context, faults } = await studio.open(address[name], { dark });
       await page.waitForSelector(ready);
@@ -86,7 +86,7 @@ for (const [name, { ready, byKeys }] of Object.entries(PAGES)) {
     }
   });
 
-  test(`the page of a ${name} that is not there says so`, async () => {
+  test(`the page of the ${name} that is not there says so`, async () => {
     const { page, context } = await studio.open(address[name].replace(/[0-9a-f]{12}(?=\?|$)/, '000000000000'));
     await page.waitForSelector('.notice.bad');
     assert.deepEqual(await violations(page), []);
