@@ -16,7 +16,7 @@ use rmcp::model::{CallToolResult, ContentBlock, Implementation, ServerCapabiliti
 use rmcp::service::RequestContext;
 use rmcp::{ErrorData, RoleServer, ServerHandler, ServiceExt, tool, tool_handler, tool_router};
 
-use super::{Exit, Failure, block_on};
+use super::{Exit, Failure, block_on, execute};
 use command::Command;
 use folder::Folder;
 use parameters::{Edit, Episodes, Execute, Generate, Inspect, Parse, Tasks, Variants};
@@ -77,10 +77,9 @@ impl Tools {
         context: RequestContext<RoleServer>,
     ) -> Answer {
         let Generate { scene, text, seed, max_objects } = given;
-        let mut arguments =
-            vec!["--text".to_owned(), text, "--out".to_owned(), self.folder.new_item(&scene)?];
-        option(&mut arguments, "--seed", seed);
-        option(&mut arguments, "--max-objects", max_objects);
+        let mut arguments = vec![option("--text", text), option("--out", self.folder.new_item(&scene)?)];
+        arguments.extend(seed.map(|seed| option("--seed", seed)));
+        arguments.extend(max_objects.map(|max_objects| option("--max-objects", max_objects)));
         let answer = self.command.run("generate", arguments, &context).await?;
         Ok(self.with_preview(answer, &scene))
     }
@@ -100,9 +99,9 @@ impl Tools {
     #[tool(annotations(title = "Edit a scene", destructive_hint = false, open_world_hint = false))]
     async fn edit(&self, Parameters(given): Parameters<Edit>, context: RequestContext<RoleServer>) -> Answer {
         let Edit { scene, text, new_scene, seed } = given;
-        let mut arguments = vec!["--bundle".to_owned(), self.folder.item(&scene)?];
-        arguments.extend(["--text".to_owned(), text, "--out".to_owned(), self.folder.new_item(&new_scene)?]);
-        option(&mut arguments, "--seed", seed);
+        let mut arguments = self.within(&scene, &new_scene)?;
+        arguments.push(option("--text", text));
+        arguments.extend(seed.map(|seed| option("--seed", seed)));
         let answer = self.command.run("edit", arguments, &context).await?;
         Ok(self.with_preview(answer, &new_scene))
     }
@@ -115,11 +114,10 @@ impl Tools {
         context: RequestContext<RoleServer>,
     ) -> Answer {
         let Variants { scene, new_scenes, count, vary, seed } = given;
-        let mut arguments = vec!["--bundle".to_owned(), self.folder.item(&scene)?];
-        arguments.extend(["--out".to_owned(), self.folder.new_item(&new_scenes)?]);
-        option(&mut arguments, "--count", Some(count));
-        option(&mut arguments, "--vary", vary.map(|axes| axes.join(",")));
-        option(&mut arguments, "--seed", seed);
+        let mut arguments = self.within(&scene, &new_scenes)?;
+        arguments.push(option("--count", count));
+        arguments.extend(vary.map(|axes| option("--vary", axes.join(","))));
+        arguments.extend(seed.map(|seed| option("--seed", seed)));
         self.command.run("variants", arguments, &context).await
     }
 
@@ -146,10 +144,10 @@ impl Tools {
         context: RequestContext<RoleServer>,
     ) -> Answer {
         let Tasks { scene, text, count, robot, rehearse } = given;
-        let mut arguments = vec!["--bundle".to_owned(), self.folder.item(&scene)?];
-        option(&mut arguments, "--text", text);
-        option(&mut arguments, "--count", count);
-        option(&mut arguments, "--robot", robot);
+        let mut arguments = vec![option("--bundle", self.folder.item(&scene)?)];
+        arguments.extend(text.map(|text| option("--text", text)));
+        arguments.extend(count.map(|count| option("--count", count)));
+        arguments.extend(robot.map(|robot| option("--robot", robot)));
         if !rehearse {
             arguments.push("--no-rehearse".to_owned());
         }
@@ -164,15 +162,10 @@ impl Tools {
         context: RequestContext<RoleServer>,
     ) -> Answer {
         let Execute { scene, task, robot, out, video, seed } = given;
-        let mut arguments = vec!["--bundle".to_owned(), self.folder.item(&scene)?];
-        arguments.extend([
-            "--task".to_owned(),
-            instruction(task)?,
-            "--out".to_owned(),
-            self.folder.new_item(&out)?,
-        ]);
-        option(&mut arguments, "--robot", robot);
-        option(&mut arguments, "--seed", seed);
+        let mut arguments = self.within(&scene, &out)?;
+        arguments.push(option("--task", instruction(task)?));
+        arguments.extend(robot.map(|robot| option("--robot", robot)));
+        arguments.extend(seed.map(|seed| option("--seed", seed)));
         if video {
             arguments.push("--video".to_owned());
         }
@@ -187,21 +180,21 @@ impl Tools {
         context: RequestContext<RoleServer>,
     ) -> Answer {
         let Episodes { scene, task, count, out, robot, seed } = given;
-        let mut arguments = vec!["--bundle".to_owned(), self.folder.item(&scene)?];
-        arguments.extend([
-            "--task".to_owned(),
-            instruction(task)?,
-            "--out".to_owned(),
-            self.folder.new_item(&out)?,
-        ]);
-        option(&mut arguments, "--count", Some(count));
-        option(&mut arguments, "--robot", robot);
-        option(&mut arguments, "--seed", seed);
+        let mut arguments = self.within(&scene, &out)?;
+        arguments.push(option("--task", instruction(task)?));
+        arguments.push(option("--count", count));
+        arguments.extend(robot.map(|robot| option("--robot", robot)));
+        arguments.extend(seed.map(|seed| option("--seed", seed)));
         self.command.run("episodes", arguments, &context).await
     }
 }
 
 impl Tools {
+    /// Arguments of a command that reads a scene and writes a new folder.
+    fn within(&self, scene: &str, out: &str) -> Result<Vec<String>, ErrorData> {
+        Ok(vec![option("--bundle", self.folder.item(scene)?), option("--out", self.folder.new_item(out)?)])
+    }
+
     /// The answer with the preview of a scene, if it has one.
     fn with_preview(&self, mut answer: CallToolResult, scene: &str) -> CallToolResult {
         answer.content.extend(self.folder.preview(scene));
@@ -209,17 +202,17 @@ impl Tools {
     }
 }
 
-/// An instruction in words; the commands would take a path for the file of a task.
+/// An instruction in words; of the name of a file the commands would read the task.
 fn instruction(task: String) -> Result<String, ErrorData> {
-    match std::path::Path::new(&task).exists() {
+    match execute::is_file(&task) {
         true => Err(ErrorData::invalid_params("task: give an instruction in words, not a file", None)),
         false => Ok(task),
     }
 }
 
-fn option<T: ToString>(arguments: &mut Vec<String>, name: &str, value: Option<T>) {
-    // As one argument, no value is an option of its own.
-    arguments.extend(value.map(|value| format!("{name}={}", value.to_string())));
+/// An option with its value in one argument, so that no value is an option of its own.
+fn option(name: &str, value: impl std::fmt::Display) -> String {
+    format!("{name}={value}")
 }
 
 #[tool_handler]

@@ -81,10 +81,14 @@ def test_a_scene_is_made_edited_inspected_and_acted_in(tmp_path: Path) -> None:
         ("generate", {"scene": "x"}, "text"),
         ("generate", {"scene": "x", "text": "a mug", "config": "mine.toml"}, "config"),
         ("execute", {"scene": "secret", "task": "secret/scene.json", "out": "run"}, "there is no secret"),
+        # Neither a file that is there nor one that is not: the answer tells no difference.
+        ("execute", {"scene": "desk", "task": "secret/scene.json", "out": "run"}, "not a file"),
+        ("episodes", {"scene": "desk", "task": "secret/none.json", "count": 1, "out": "run"}, "not a file"),
     ],
 )
 def test_what_will_not_do_is_an_answer_that_says_why(tmp_path: Path, tool: str, given: dict[str, str], says: str) -> None:
     (tmp_path / "secret").mkdir()
+    (tmp_path / "out" / "desk").mkdir(parents=True)
     (tmp_path / "secret" / "scene.json").write_text('"secret"')
 
     async def talk(session: ClientSession) -> None:
