@@ -325,7 +325,8 @@ pub(super) async fn scenes_left_by_a_dead_process_go_with_their_batch(place: Pla
     });
     marked.await.expect("marks");
     assert_eq!(scenes(store).await, 3);
-    let report = sweep(store).await;
+    // By the settings the last rows stay an hour, however slow this sweep is.
+    let report = early_sweep(store).await;
     assert_eq!((report.batches, report.stripped_scenes), (removals(1, 1), 3));
     assert_eq!(scenes(store).await, 0);
     assert_eq!(sweep(store).await.purged_scenes, 3);
