@@ -9,6 +9,7 @@ mod measure;
 mod vlm_rating;
 mod write;
 mod sheet;
+mod track;
 #[cfg(test)]
 pub(super) mod tests;
 
@@ -37,7 +38,7 @@ use store::Digest;
 pub use plausibility::HealthSettings;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 21 };
+pub const STAGE: Stage = Stage { name: "certify", version: 22 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -259,6 +260,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         })
         .await?;
     let measured = measured?;
+    context.put("track.json", "application/json", measured.tracks(&inputs).to_json()?).await?;
     // The next try finds the device given up, and makes a key of the CPU's.
     let images = Arc::new(images.map_err(|error| {
         tracing::warn!(%error, "the GPU failed; this process goes on with the CPU");

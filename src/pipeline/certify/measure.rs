@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::track::Tracks;
 use super::{FidelitySettings, Inputs, plausibility};
 use crate::pipeline::composition::BodyParts;
 use crate::pipeline::error::StageError;
@@ -33,10 +34,21 @@ const LOST_M: f64 = 100.0;
 pub(super) struct Measured {
     health: Vec<BodyHealth>,
     from_shipped: Stability,
-    from_aligned: Stability,
+    /// Absent where the shipped poses are the aligned ones.
+    from_aligned: Option<Stability>,
     found: Collisions,
     /// Of the objects.
     supports: Vec<SupportFinding>,
+}
+
+impl Measured {
+    /// Tracks of the bodies in the simulations from the shipped and from the aligned poses.
+    pub(super) fn tracks<'a>(&self, inputs: &'a Inputs) -> Tracks<'a> {
+        let names: Vec<&str> =
+            inputs.composition.bodies.iter().map(|body| body.resolved.name.as_str()).collect();
+        let from_aligned = self.from_aligned.as_ref();
+        Tracks::new(&names, inputs.certify.dss_duration_s, &self.from_shipped, from_aligned)
+    }
 }
 
 /// No simulation can tell anything of a body that cannot be.
@@ -91,7 +103,7 @@ pub(super) fn measure(
     let from_shipped = from_shipped?;
     Ok(Measured {
         health: plausibility::health(inputs, loaded),
-        from_aligned: from_aligned.unwrap_or_else(|| Ok(from_shipped.clone()))?,
+        from_aligned: from_aligned.transpose()?,
         from_shipped,
         found: found?,
         supports: supports?,
@@ -107,6 +119,7 @@ pub(super) fn certificate(
     appearance: Appearance,
 ) -> Result<Certificate, StageError> {
     let Measured { health, from_shipped, from_aligned, found, supports } = measured;
+    let from_aligned = from_aligned.as_ref().unwrap_or(from_shipped);
     let supported = supports.iter().filter(|finding| finding.is_supported()).count();
     let metrics = Metrics {
         col_o: found.col_o(),
@@ -302,7 +315,7 @@ fn still(inputs: &Inputs, bodies: &[Body], cancel: &CancelFlag) -> Result<Stabil
                 limit_m: 0.0,
                 at_rest: false,
             };
-            Ok(Stability { movements: vec![lost; bodies.len()], dss: 0.0 })
+            Ok(Stability { movements: vec![lost; bodies.len()], dss: 0.0, track: Vec::new() })
         }
         Err(other) => Err(StageError::permanent("not_simulated", other.to_string())),
     }

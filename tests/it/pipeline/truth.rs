@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use serde_json::Value;
 use store::Digest;
 
 const TRUTH: &str = "artifacts/reference/truth.json";
@@ -40,6 +41,13 @@ async fn a_scrambled_truth_changes_no_other_file() {
     let mut before = generate(data.path(), first.path());
     let truth = before.remove(Path::new(TRUTH)).unwrap();
     assert!(String::from_utf8_lossy(&truth).contains("yaw_rad"));
+    let track: Value = serde_json::from_slice(&before[Path::new("artifacts/certify/track.json")]).unwrap();
+    assert_eq!((&track["rate_hz"], &track["duration_s"]), (&30.0.into(), &5.0.into()));
+    for simulation in ["from_shipped", "from_aligned"] {
+        let bodies = track[simulation].as_object().expect("bodies");
+        assert_eq!(bodies.keys().collect::<Vec<_>>(), ["book_1", "mug_1", "table"], "{simulation}");
+        assert!(bodies.values().all(|poses| poses.as_array().is_some_and(|poses| poses.len() < 152)));
+    }
 
     // Everything after the reference image is forgotten, and the truth is a lie.
     let url = format!("sqlite://{}", data.path().join("tabletopgen.sqlite").display());

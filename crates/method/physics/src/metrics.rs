@@ -154,6 +154,8 @@ pub struct Stability {
     pub movements: Vec<Movement>,
     /// Stable movable bodies over movable bodies (1 where there are none).
     pub dss: f64,
+    /// Poses on the way, as in [`SettledPoses::track`](super::SettledPoses::track).
+    pub track: Vec<Vec<Pose>>,
 }
 
 /// DSS: movable bodies that move less than 3 cm and turn less than 30 degrees in 5 s under gravity, sleeping
@@ -186,7 +188,7 @@ pub fn stability(
     let movable = bodies.iter().filter(|b| !b.fixed).count();
     let stable = bodies.iter().zip(&movements).filter(|(b, m)| !b.fixed && m.stable).count();
     let dss = if movable == 0 { 1.0 } else { stable as f64 / movable as f64 };
-    Ok(Stability { movements, dss })
+    Ok(Stability { movements, dss, track: settled.track })
 }
 
 /// Deepest overlap of each body's hulls with those of any other, meters; the fixed bodies have none among each other.

@@ -41,6 +41,9 @@ pub struct SettleSettings {
     pub rest_time_s: f64,
 }
 
+/// Poses of a body's track per simulated second.
+pub const TRACK_HZ: f64 = 30.0;
+
 /// Result of a simulation, in the order of the bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SettledPoses {
@@ -54,6 +57,9 @@ pub struct SettledPoses {
     pub at_rest: bool,
     /// Simulated time, seconds.
     pub simulated_s: f64,
+    /// `world_from_object` of each body [`TRACK_HZ`] times a second, from the start until its island was at rest;
+    /// one pose for a fixed body.
+    pub track: Vec<Vec<Pose>>,
 }
 
 /// Failure to simulate bodies.
@@ -114,6 +120,23 @@ mod tests {
         assert!(settled.poses[1].translation_m.z.abs() < 2e-4, "{:?}", settled.poses[1]);
         assert!((settled.displacements_m[1] - 0.01).abs() < 1e-3 && settled.rotations_rad[1] < 0.01);
         assert_eq!(settled.poses[0], Pose::IDENTITY);
+    }
+
+    #[test]
+    fn the_track_of_a_fall_is_that_of_gravity() {
+        let bodies = [table(), body("cube", block(DVec3::splat(0.05)), at(0.1, 0.0, 0.2))];
+        let short = SettleSettings { duration_s: 0.5, ..settings() };
+        let settled = simulate_to_the_end(&bodies, &short, &CancelFlag::default()).expect("a cube");
+        let [fixed, falls] = &settled.track[..] else { panic!("two bodies") };
+        assert_eq!((fixed.len(), falls.len()), (1, 16));
+        assert_eq!(falls[0], bodies[1].world_from_object);
+        for (frame, pose) in falls.iter().enumerate().take(6) {
+            let time_s = frame as f64 / TRACK_HZ;
+            let fallen_m = 0.5 * 9.81 * time_s * time_s;
+            assert!((0.2 - pose.translation_m.z - fallen_m).abs() < 0.005, "{frame}: {pose:?}");
+        }
+        let last = falls.last().expect("poses").translation_m;
+        assert!((last - settled.poses[1].translation_m).length() < 0.01, "{last}");
     }
 
     #[test]

@@ -51,10 +51,14 @@ pub(super) fn simulate(
         }
     }
     let mut poses: Vec<_> = bodies.iter().map(|b| b.world_from_object).collect();
+    let mut track: Vec<_> = poses.iter().map(|pose| vec![*pose]).collect();
     let (mut at_rest, mut simulated_s) = (true, 0.0_f64);
-    for island in &known {
-        for (k, pose) in island.members.iter().zip(&island.run.poses[fixed.len()..]) {
-            poses[*k] = *pose;
+    for island in known {
+        for (&k, pose) in island.members.iter().zip(&island.run.poses[fixed.len()..]) {
+            poses[k] = *pose;
+        }
+        for (&k, poses) in island.members.iter().zip(island.run.track.into_iter().skip(fixed.len())) {
+            track[k] = poses;
         }
         at_rest &= island.run.at_rest;
         simulated_s = simulated_s.max(island.run.simulated_s);
@@ -68,6 +72,7 @@ pub(super) fn simulate(
         poses,
         at_rest,
         simulated_s,
+        track,
     })
 }
 

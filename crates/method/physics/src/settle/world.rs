@@ -1,9 +1,9 @@
 //! The simulation of one island.
 
 use glam::DVec3;
-use rapier3d_f64::prelude::RigidBodyHandle;
+use rapier3d_f64::prelude::{PhysicsWorld, RigidBodyHandle};
 
-use super::{SettleError, SettleSettings};
+use super::{SettleError, SettleSettings, TRACK_HZ};
 use crate::Body;
 use crate::rigid_world::{ContactOptions, UnfitBody};
 use crate::rolling::resist_rolling;
@@ -30,6 +30,8 @@ pub(super) struct Run {
     pub excursion_m: f64,
     pub at_rest: bool,
     pub simulated_s: f64,
+    /// `world_from_object` of each body [`TRACK_HZ`] times a second, from the start on.
+    pub track: Vec<Vec<Pose>>,
 }
 
 /// Simulates the bodies until all rest, or to the end. Bodies at permanent rest are not simulated further (see
@@ -57,6 +59,8 @@ pub(super) fn run(
     let window = (WINDOW_S * settings.steps_per_s).round().max(1.0) as usize;
     let mut window_start = start.clone();
     let (mut rested, mut done, mut excursion_m) = (0, 0, 0.0_f64);
+    let mut track: Vec<Vec<Pose>> = bodies.iter().map(|body| vec![body.world_from_object]).collect();
+    let mut track_frames = 1_usize;
     while done < steps && !(may_end_early && rested >= steps_at_rest) {
         if done % 8 == 0 {
             cancel.check()?;
@@ -78,17 +82,15 @@ pub(super) fn run(
             excursion_m = excursion_m.max(way_m);
         }
         rested = if resting { rested + 1 } else { 0 };
-        if done % window == 0 {
-            let mut drift_m = 0.0_f64;
-            for (k, &handle) in handles.iter().enumerate() {
-                let moving = &world.bodies[handle];
-                let (center, rotation) = (moving.center_of_mass(), moving.position().rotation);
-                let turned = window_start[k].1.conjugate() * rotation;
-                let way_m = (center - window_start[k].0).length() + 2.0 * reach_m[k] * turned.xyz().length();
-                // Not a number is not at rest.
-                drift_m = if way_m <= drift_m { drift_m } else { way_m };
-                window_start[k] = (center, rotation);
+        // The frame whose time this step is the first to reach.
+        if done as f64 * TRACK_HZ >= track_frames as f64 * settings.steps_per_s {
+            track_frames += 1;
+            for (poses, &handle) in track.iter_mut().zip(&handles) {
+                poses.push(from_parry(world.bodies[handle].position()));
             }
+        }
+        if done % window == 0 {
+            let drift_m = drift_m(&world, &handles, &reach_m, &mut window_start);
             let windows_left = (steps - done) as f64 / window as f64;
             if rested >= window && 10.0 * drift_m * windows_left < DRIFT_TO_THE_END_M {
                 break;
@@ -112,7 +114,27 @@ pub(super) fn run(
         .collect::<Result<_, _>>()?;
     // A simulation shorter than the rest time ends at rest if it rested throughout.
     let at_rest = rested >= steps_at_rest.min(steps);
-    Ok(Run { poses, excursion_m, at_rest, simulated_s: done as f64 / settings.steps_per_s })
+    Ok(Run { poses, excursion_m, at_rest, simulated_s: done as f64 / settings.steps_per_s, track })
+}
+
+/// Largest distance that a point of a body may have moved since the start of the window, which begins anew.
+fn drift_m(
+    world: &PhysicsWorld,
+    handles: &[RigidBodyHandle],
+    reach_m: &[f64],
+    window_start: &mut [(DVec3, glam::DQuat)],
+) -> f64 {
+    let mut drift_m = 0.0_f64;
+    for ((&handle, reach_m), start) in handles.iter().zip(reach_m).zip(window_start) {
+        let moving = &world.bodies[handle];
+        let (center, rotation) = (moving.center_of_mass(), moving.position().rotation);
+        let turned = start.1.conjugate() * rotation;
+        let way_m = (center - start.0).length() + 2.0 * reach_m * turned.xyz().length();
+        // Not a number is not at rest.
+        drift_m = if way_m <= drift_m { drift_m } else { way_m };
+        *start = (center, rotation);
+    }
+    drift_m
 }
 
 /// Distance of the farthest corner from the center of mass.
