@@ -403,6 +403,7 @@ fn job_routes() -> Vec<Route> {
         route::get("/queue", queue::show, operations::get_queue).needs(Scope::Operate),
         route::get("/catalog", catalog::show, operations::get_catalog),
         route::get("/robots", catalog::list_robots, operations::list_robots),
+        route::get("/robots/{robot}/model", catalog::robot_model, operations::get_robot_model),
         route::get("/settings/schema", request_schema::show, operations::get_request_schema),
         route::get("/healthz", probes::healthz, operations::healthz).public(),
         route::get("/readyz", probes::readyz, operations::readyz).public(),

@@ -27,6 +27,7 @@ pub mod batch_reading;
 mod grasps;
 pub mod tasks;
 pub mod catalog;
+pub mod robot_model;
 pub mod episodes;
 pub mod executions;
 pub mod local;

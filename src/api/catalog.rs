@@ -1,16 +1,19 @@
 //! `/catalog` and `/robots`: what requests can name, as it is compiled in.
 
-use std::sync::LazyLock;
+use std::collections::BTreeMap;
+use std::sync::{LazyLock, Mutex, PoisonError};
 
 use axum::Json;
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
 use serde::Serialize;
 use serde_json::json;
 
 use super::download::has_tag;
-use super::extract::TenantApi;
+use super::extract::{PathName, TenantApi};
 use crate::app::catalog::{catalog, robots};
+use crate::app::robot_model::robot_glb;
 use crate::problem::Problem;
 use store::Digest;
 
@@ -28,21 +31,45 @@ impl FixedDocument {
     }
 
     fn answer(&'static self, headers: &HeaderMap) -> Response {
-        let mut fields = HeaderMap::new();
-        fields.insert(header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache"));
-        fields.insert(header::ETAG, HeaderValue::from_static(&self.tag));
-        if has_tag(headers, header::IF_NONE_MATCH, &self.tag) {
-            return (StatusCode::NOT_MODIFIED, fields).into_response();
-        }
-        fields.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
-        (fields, self.text.as_str()).into_response()
+        fixed(Bytes::from_static(self.text.as_bytes()), "application/json", &self.tag, headers)
     }
+}
+
+/// Content that stays the same as long as the program runs, unless the client has it by its tag.
+fn fixed(content: Bytes, media_type: &'static str, tag: &str, headers: &HeaderMap) -> Response {
+    let cache = [(header::CACHE_CONTROL, "private, no-cache"), (header::ETAG, tag)];
+    if has_tag(headers, header::IF_NONE_MATCH, tag) {
+        return (StatusCode::NOT_MODIFIED, cache).into_response();
+    }
+    (cache, [(header::CONTENT_TYPE, media_type)], content).into_response()
 }
 
 /// `GET /catalog`.
 pub async fn show(_: TenantApi, headers: HeaderMap) -> Response {
     static CATALOG: LazyLock<FixedDocument> = LazyLock::new(|| FixedDocument::new(&catalog()));
     CATALOG.answer(&headers)
+}
+
+/// `GET /robots/{robot}/model`.
+pub async fn robot_model(
+    _: TenantApi,
+    PathName(name): PathName,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    /// By the name of the robot, with its tag.
+    static MODELS: LazyLock<Mutex<BTreeMap<String, (Bytes, String)>>> = LazyLock::new(Mutex::default);
+    let known = MODELS.lock().unwrap_or_else(PoisonError::into_inner).get(&name).cloned();
+    let (model, tag) = match known {
+        Some(known) => known,
+        None => {
+            let model = robot_glb(&name).ok_or_else(|| Problem::not_found("robot", &name))?;
+            let model = Bytes::from(model);
+            let made = (model.clone(), format!("\"{}\"", Digest::of(&model)));
+            MODELS.lock().unwrap_or_else(PoisonError::into_inner).insert(name, made.clone());
+            made
+        }
+    };
+    Ok(fixed(model, "model/gltf-binary", &tag, &headers))
 }
 
 /// `GET /robots`.

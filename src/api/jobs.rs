@@ -167,8 +167,9 @@ pub(super) async fn find(api: &TenantApi, job_id: &JobId) -> Result<JobRow, Prob
 
 /// A job as clients see it.
 pub(super) async fn view(api: &TenantApi, job: JobRow) -> Result<JobView, Problem> {
-    let outlooks = api.store.outlooks(&api.tenant_id, &[&job]).await?;
-    Ok(JobView::new(job, outlooks.first().copied().unwrap_or_default()))
+    let id = job.id.clone();
+    let view = views(api, vec![Some(job)]).await?.pop().flatten();
+    view.ok_or_else(|| Problem::not_found("job", id.as_str()))
 }
 
 /// As [`view`], for the jobs of a page at once.
@@ -178,6 +179,12 @@ pub(super) async fn views(
 ) -> Result<Vec<Option<JobView>>, Problem> {
     let known: Vec<&JobRow> = jobs.iter().flatten().collect();
     let mut outlooks = api.store.outlooks(&api.tenant_id, &known).await?.into_iter();
-    let mut view = |job| JobView::new(job, outlooks.next().unwrap_or_default());
+    let executions = known.iter().filter(|job| job.kind == JobKind::ExecuteTask);
+    let executions: Vec<JobId> = executions.map(|job| job.id.clone()).collect();
+    let mut scenes = api.store.executed_scenes(&api.tenant_id, &executions).await?;
+    let mut view = |job: JobRow| {
+        let scene_id = job.scene_id.clone().or_else(|| scenes.remove(&job.id));
+        JobView::new(JobRow { scene_id, ..job }, outlooks.next().unwrap_or_default())
+    };
     Ok(jobs.into_iter().map(|job| job.map(&mut view)).collect())
 }

@@ -134,6 +134,7 @@ pub struct JobView {
     pub kind: lifecycle::JobKind,
     #[schemars(with = "JobState")]
     pub state: lifecycle::JobState,
+    /// The scene that is built, or the one in which a task is executed.
     #[schemars(with = "Option<Id>")]
     pub scene_id: Option<SceneId>,
     #[schemars(with = "Option<Id>")]

@@ -89,6 +89,51 @@ test('a scene is drawn from the camera of its image, and its parts are linked', 
   await page.context().close();
 });
 
+test('the mask under the pointer is shown over the image, and a click selects its object', async () => {
+  const { page, faults } = await studio.open(`/scenes/${scene.id}?light=plain`);
+  await page.waitForSelector('.tools');
+  await page.keyboard.press('i');
+  await page.waitForSelector('.comparison .pointer');
+  const { camera, instances } = await page.evaluate(
+    (id) => fetch(`/scenes/${id}/files/scene.json`).then((response) => response.json()),
+    scene.id,
+  );
+  const mug = instances.find((instance) => instance.name === 'mug_1');
+  const [x0, y0, x1, y1] = mug.image.bbox_px;
+  const box = await page.locator('.comparison .pointer').boundingBox();
+  const at = [box.x + (box.width * (x0 + x1)) / 2 / camera.width_px, box.y + (box.height * (y0 + y1)) / 2 / camera.height_px];
+  await page.mouse.move(...at);
+  await page.waitForSelector('canvas.mask[data-mask="mug_1"]');
+  const inked = await page.evaluate(() => {
+    const canvas = document.querySelector('canvas.mask');
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    return data.reduce((sum, value, index) => sum + (index % 4 === 3 && value > 0 ? 1 : 0), 0);
+  });
+  const share = inked / ((x1 - x0) * (y1 - y0));
+  assert.ok(share > 0.4 && share <= 1.05, `the mask covers ${share} of its box`);
+  await page.mouse.click(...at);
+  assert.match(await page.textContent('.tree .node[aria-expanded="true"]'), /mug_1/);
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
+test('the check under gravity is replayed from the finished poses and from those of the image', async () => {
+  const { page, faults } = await studio.open(`/scenes/${scene.id}?light=plain`);
+  await page.waitForSelector('.tools');
+  await page.keyboard.press('l');
+  const farthest = () => page.locator('[data-farthest]').getAttribute('data-farthest').then(Number);
+  assert.ok((await farthest()) < 2e-3, `a finished scene moves by ${await farthest()} m`);
+  await page.keyboard.press(' ');
+  await page.waitForFunction(() => Number(document.querySelector('.clock input').value) > 0.5);
+  await page.click('text=From the poses of the image');
+  await page.waitForSelector('[data-farthest]');
+  await page.fill('.clock input', '5');
+  await page.click('.tools >> text=Replay');
+  await page.waitForSelector('[data-farthest]', { state: 'detached' });
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
 test('the certificate has each measurement beside its threshold', async () => {
   const { page } = await studio.open(`/scenes/${scene.id}?tab=certificate&light=plain`);
   await page.waitForSelector('.check-row');

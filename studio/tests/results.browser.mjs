@@ -44,10 +44,13 @@ const PAGES = {
     },
   },
   execution: {
-    ready: '.replay canvas',
+    ready: '[data-replay="ready"] canvas',
     async byKeys(page) {
+      const drawn = () => page.locator('.replay canvas').screenshot();
+      const still = await drawn();
       await page.keyboard.press('ArrowRight');
       await page.waitForSelector('.clock >> text=/^1.00 of/');
+      assert.notDeepEqual(await drawn(), still, 'the robot moves');
       await page.keyboard.press('ArrowLeft');
       await page.waitForSelector('.clock >> text=/^0.00 of/');
     },

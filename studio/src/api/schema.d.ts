@@ -1112,6 +1112,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/robots/{robot}/model": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The visible shape of a robot, for viewers.
+         * @description A GLB file whose nodes are the links with all joints at zero, each carried by its parent. The extras of a link that moves are `joint`, `kind` (`revolute` or `prismatic`), `axis` in its own frame, and the source of its position. `arm_joint` is the index in `joint_positions` of a trajectory. For fingers the position is `per_opening_m` times the opening of the gripper, plus `offset`.
+         */
+        get: operations["getRobotModel"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/settings/schema": {
         parameters: {
             query?: never;
@@ -2335,7 +2355,10 @@ export interface components {
             id: string;
             kind: components["schemas"]["JobKind"];
             state: components["schemas"]["JobState"];
-            /** Format: uuid */
+            /**
+             * Format: uuid
+             * @description The scene that is built, or the one in which a task is executed.
+             */
             scene_id: string | null;
             /** Format: uuid */
             dataset_id: string | null;
@@ -7302,6 +7325,45 @@ export interface operations {
             400: components["responses"]["Problem"];
             401: components["responses"]["Problem"];
             403: components["responses"]["Problem"];
+            421: components["responses"]["Problem"];
+            429: components["responses"]["Busy"];
+            503: components["responses"]["Busy"];
+            default: components["responses"]["Problem"];
+        };
+    };
+    getRobotModel: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                robot: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The model. */
+            200: {
+                headers: {
+                    ETag: components["headers"]["ETag"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": components["schemas"]["Bytes"];
+                    "model/gltf-binary": components["schemas"]["Bytes"];
+                };
+            };
+            /** @description The client has it already. */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            400: components["responses"]["Problem"];
+            401: components["responses"]["Problem"];
+            403: components["responses"]["Problem"];
+            404: components["responses"]["Problem"];
             421: components["responses"]["Problem"];
             429: components["responses"]["Busy"];
             503: components["responses"]["Busy"];

@@ -5,8 +5,8 @@ import { getJson, sendJson } from '../api/fetch';
 import type { ExecutedTask, Job, Scene } from '../api/types';
 import { degrees, fixed, length, percent, words } from '../format';
 import { useLoad } from '../load';
-import { address, href } from '../router';
-import type { SceneDocument } from '../scene/documents';
+import { href } from '../router';
+import type { Pose, SceneDocument } from '../scene/documents';
 import { fileUrl } from '../scene/scene_files';
 import type { Viewer } from '../scene/viewer';
 import { announce } from '../ui/announce';
@@ -14,15 +14,16 @@ import { ClockBar, useClock } from '../ui/clock';
 import { Absent, Badge, Failed, Table, Waiting } from '../ui/parts';
 import { Plot } from '../ui/plot';
 
+type Frame = ExecutedTask['trajectory']['frames'][number];
+
 export default function ExecutionPage({ id }: { id: string }) {
-  // The server keeps no scene with an execution; the page that began it names it.
-  const sceneId = address.value.query.get('scene');
   const job = useLoad(`/jobs/${id}`, (signal) => getJson<Job>(`/jobs/${id}`, signal));
   useEvents((event) => event.job_id === id, job.reload, [id]);
   const over = job.value && ['succeeded', 'failed', 'cancelled'].includes(job.value.state);
   const result = useLoad(job.value?.state === 'succeeded' ? `/executions/${id}` : null, (signal) =>
     getJson<ExecutedTask>(`/executions/${id}`, signal),
   );
+  const sceneId = job.value?.scene_id ?? null;
   if (!job.value) return job.error ? <Absent title="Execution" error={job.error} again={job.reload} /> : <Waiting what="the execution" />;
   const cancel = async () => {
     try {
@@ -84,7 +85,7 @@ function Result({ result, sceneId }: { result: ExecutedTask; sceneId: string | n
     <>
       {execution.detail && <p class="notice">{execution.detail}</p>}
       <section class="card stack" aria-label="Motion">
-        {sceneId && <Replay sceneId={sceneId} names={trajectory.objects} poses={frame?.object_poses ?? []} />}
+        {sceneId && <Replay sceneId={sceneId} result={result} frame={frame} />}
         <ClockBar clock={clock} duration_s={duration_s} />
         <div class="phases" role="img" aria-label={`Phases: ${phases.map((phase) => phase.name).join(', ')}`}>
           {phases.map((phase, index) => (
@@ -154,19 +155,12 @@ function phasesOf(phases: string[]): { name: string; share: number }[] {
   return runs;
 }
 
-/** The objects where they were at a time; the robot itself is not drawn. */
-function Replay({
-  sceneId,
-  names,
-  poses,
-}: {
-  sceneId: string;
-  names: string[];
-  poses: ExecutedTask['trajectory']['frames'][number]['object_poses'];
-}) {
+/** The robot and the objects where they were at a time. */
+function Replay({ sceneId, result, frame }: { sceneId: string; result: ExecutedTask; frame: Frame | undefined }) {
   const host = useRef<HTMLDivElement>(null);
   const viewer = useRef<Viewer>(undefined);
-  const [ready, setReady] = useState(false);
+  const [state, setState] = useState<'loading' | 'ready' | 'without robot' | 'no-webgl'>('loading');
+  const { robot, world_from_base } = result.execution;
   const documents = useLoad(sceneId, async (signal) => {
     const scene = await getJson<Scene>(`/scenes/${sceneId}`, signal);
     return { scene, document: await getJson<SceneDocument>(fileUrl(scene, 'scene.json'), signal) };
@@ -175,17 +169,28 @@ function Replay({
     const { value } = documents;
     if (!value) return;
     let left = false;
-    void import('../scene/viewer').then(async (module) => {
+    const draw = async () => {
+      const module = await import('../scene/viewer');
       if (left || !host.current) return;
+      let made: Viewer;
       try {
-        const made = new module.Viewer(host.current, true);
-        viewer.current = made;
-        await made.load(value.document, fileUrl(value.scene, 'glb/scene.glb'));
-        setReady(true);
+        made = new module.Viewer(host.current, true);
       } catch {
-        announce('The scene is not drawn: this browser has no WebGL.');
+        setState('no-webgl');
+        return;
       }
-    });
+      viewer.current = made;
+      try {
+        await made.load(value.document, fileUrl(value.scene, 'glb/scene.glb'));
+        await made.addRobot(`/robots/${robot}/model`, world_from_base as Pose);
+        setState('ready');
+      } catch (error) {
+        // Robots of a later program may be unknown to this one.
+        announce(`The robot is not drawn: ${(error as Error).message}`, 'bad');
+        setState('without robot');
+      }
+    };
+    void draw();
     return () => {
       left = true;
       viewer.current?.dispose();
@@ -193,19 +198,20 @@ function Replay({
     };
   }, [documents.value]);
   useEffect(() => {
-    if (!ready) return;
-    const numbers = new Float32Array(poses.length * 7);
-    poses.forEach(({ translation_m: [x, y, z], rotation_xyzw: [qx, qy, qz, qw] }, index) =>
+    if (!frame) return;
+    const numbers = new Float32Array(frame.object_poses.length * 7);
+    frame.object_poses.forEach(({ translation_m: [x, y, z], rotation_xyzw: [qx, qy, qz, qw] }, index) =>
       numbers.set([x!, y!, z!, qw!, qx!, qy!, qz!], index * 7),
     );
-    viewer.current?.setPoses(names, numbers);
-  }, [poses, ready]);
+    viewer.current?.setPoses(result.trajectory.objects, numbers);
+    viewer.current?.moveRobot(frame.joint_positions, frame.opening_m);
+  }, [frame, state]);
   if (documents.error) return <Failed error={documents.error} />;
   return (
     <div class="viewer replay">
-      <div class="stage">
-        <div ref={host} class="canvas" role="img" aria-label="Objects of the scene in motion" />
-        <p class="over hint">Objects only; the robot is not drawn.</p>
+      <div class="stage" data-replay={state}>
+        <div ref={host} class="canvas" role="img" aria-label="The robot and the objects in motion" />
+        {state === 'no-webgl' && <p class="over hint">This browser has no WebGL, so the motion is not drawn.</p>}
       </div>
     </div>
   );

@@ -14,6 +14,11 @@ export function bundleUrl(scene: Pick<Scene, 'id' | 'verdict'>, format: string):
   return `/scenes/${scene.id}/bundle?format=${format}${suffix(scene, '&')}`;
 }
 
+/** Address of an artifact, by its name. */
+export function artifactUrl(scene: Pick<Scene, 'artifacts'>, name: string): string | undefined {
+  return scene.artifacts?.find((artifact) => artifact.name === name)?.url;
+}
+
 /** Files of collision hulls by body; an edit has those of its parent, but for the bodies that it changed. */
 export function hullUrls(scene: Pick<Scene, 'artifacts'>): Map<string, string> {
   const urls = new Map<string, string>();

@@ -31,7 +31,7 @@ export function TasksPanel({ scene }: { scene: Scene }) {
   const execute = (task: Record<string, unknown>) =>
     begin(async () => {
       const job = await sendJson<Job>('POST', `/scenes/${scene.id}/executions`, { ...task, seed: 0 }, idempotencyKey());
-      return `/executions/${job.id}?scene=${scene.id}`;
+      return `/executions/${job.id}`;
     });
   const record = (task: unknown) =>
     begin(async () => {

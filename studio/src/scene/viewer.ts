@@ -5,6 +5,7 @@
 import {
   NeutralToneMapping,
   ArrowHelper,
+  BoxGeometry,
   BufferGeometry,
   Color,
   DirectionalLight,
@@ -35,7 +36,8 @@ import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { getJson } from '../api/fetch';
 import { fixed } from '../format';
-import type { SceneDocument } from './documents';
+import type { Pose, SceneDocument } from './documents';
+import { Robot } from './robot';
 
 Object3D.DEFAULT_UP.set(0, 0, 1);
 
@@ -101,6 +103,7 @@ export class Viewer {
   readonly #measure = new Group();
   readonly #colors: Colors;
   #scene: SceneDocument | undefined;
+  #robot: Robot | undefined;
   #dirty = true;
   #frame = 0;
   #selected: string | undefined;
@@ -203,6 +206,39 @@ export class Viewer {
     this.#camera.position.set(0, -0.001, height);
     this.#controls.target.set(0, 0, 0);
     this.#controls.update();
+    this.invalidate();
+  }
+
+  /** Draws a robot, and looks at it from the other side of the table, a little from its left. */
+  async addRobot(url: string, worldFromBase: Pose): Promise<void> {
+    this.#robot = await Robot.load(url, worldFromBase, Z_UP);
+    this.#world.add(this.#robot.group);
+    const base = new Vector3(...worldFromBase.translation_m);
+    this.#drawStand(base);
+    const [width, depth] = this.#scene?.table.size_m ?? [1, 1];
+    const away = new Vector3(-base.x, -base.y, 0).normalize().applyAxisAngle(Object3D.DEFAULT_UP, 0.5);
+    this.#controls.target.copy(base).multiplyScalar(0.45).setZ(0.2);
+    this.#camera.position.copy(this.#controls.target).addScaledVector(away, 1.7 * Math.max(width, depth, 1.2));
+    this.#camera.position.z += 0.9;
+    this.#controls.update();
+    this.invalidate();
+  }
+
+  /** A column below the base, from the table or from the floor. */
+  #drawStand(base: Vector3): void {
+    const table = this.#scene?.table;
+    const [width, depth] = table?.size_m ?? [0, 0];
+    const isOnTable = Math.abs(base.x) <= width / 2 && Math.abs(base.y) <= depth / 2;
+    const below = isOnTable ? 0 : -(table?.height_m ?? 0);
+    if (base.z - below < 0.001) return;
+    const stand = new Mesh(new BoxGeometry(0.16, 0.16, base.z - below), new MeshStandardMaterial({ color: 0x8a8f96, roughness: 0.6 }));
+    stand.position.set(base.x, base.y, (base.z + below) / 2);
+    this.#world.add(notPicked(stand));
+  }
+
+  /** Moves the joints of the robot, and the pads of its gripper `opening_m` apart. */
+  moveRobot(positions: number[], opening_m: number): void {
+    this.#robot?.move(positions, opening_m);
     this.invalidate();
   }
 

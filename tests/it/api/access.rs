@@ -142,6 +142,7 @@ async fn everything(server: &Server, authorization: &str) -> BTreeMap<&'static s
         ("{delivery_id}", delivery.id.to_string()),
         ("{*name}", "manifest.json".to_owned()),
         ("{format}", "lerobot".to_owned()),
+        ("{robot}", "panda".to_owned()),
     ])
 }
 

@@ -1,7 +1,7 @@
 //! `POST /scenes/{id}/executions`: refusals; executions in real bundles are tested with the command line.
 
 use hyper::Method;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::harness::script::Script;
 use crate::harness::server::Server;
@@ -48,7 +48,8 @@ async fn an_execution_is_a_job_with_an_answer_of_its_own() {
     let reply = server.call(Method::POST, &format!("/scenes/{scene}/executions"), &json, body).await;
     assert_eq!(reply.status, 202, "{reply:?}");
     let accepted = reply.json();
-    assert_eq!((&accepted["kind"], &accepted["scene_id"]), (&json!("execute_task"), &Value::Null));
+    assert_eq!((&accepted["kind"], &accepted["scene_id"]), (&json!("execute_task"), &json!(scene)));
+    assert_eq!(accepted["links"]["scene"], format!("/scenes/{scene}"));
     let id = accepted["id"].as_str().unwrap().to_owned();
     assert_eq!(accepted["links"]["execution"], format!("/executions/{id}"));
     // The scripted bundle has no objects, which is the answer after the job has failed.
@@ -56,7 +57,7 @@ async fn an_execution_is_a_job_with_an_answer_of_its_own() {
     let reply = server.get(&format!("/executions/{id}")).await;
     assert_eq!(reply.problem(), (409, "bundle_unreadable".into()), "{reply:?}");
     let listed = server.get("/jobs?kind=execute_task").await.json();
-    assert_eq!(listed["jobs"][0]["id"], id);
+    assert_eq!((&listed["jobs"][0]["id"], &listed["jobs"][0]["scene_id"]), (&json!(id), &json!(scene)));
     assert_eq!(listed["jobs"][0]["failure"]["code"], "bundle_unreadable");
     let reply = server.get(&format!("/executions/{job}")).await;
     assert_eq!(reply.problem(), (404, "not_found".into()), "another job is no execution: {reply:?}");

@@ -54,6 +54,11 @@ async fn the_catalog_and_the_robots_are_those_of_the_program() {
     let panda = panda.expect("there is a panda");
     assert_eq!(panda["dof"], 7);
     assert_eq!(panda["gripper"]["max_opening_m"], 0.08);
+    let model = server.get("/robots/panda/model").await;
+    assert_eq!((model.header("content-type"), &model.body[..4]), ("model/gltf-binary", &b"glTF"[..]));
+    let headers = [("if-none-match", model.header("etag"))];
+    assert_eq!(server.call(Method::GET, "/robots/panda/model", &headers, "").await.status, 304);
+    assert_eq!(server.get("/robots/hal/model").await.problem(), (404, "not_found".into()));
 }
 
 #[tokio::test]

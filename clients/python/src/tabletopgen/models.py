@@ -2287,6 +2287,9 @@ class Job(Model):
     Activity of the machine with a job.
     """
     scene_id: UUID | None
+    """
+    The scene that is built, or the one in which a task is executed.
+    """
     dataset_id: UUID | None
     recording_id: UUID | None
     attempt_number: int | None = None

@@ -18,7 +18,8 @@ pub fn write(bodies: &[Body]) -> Vec<BundleFile> {
             name: &body.name,
             extras: extras(body),
             mesh: &body.visual,
-            world_from_object: body.world_from_object,
+            parent: None,
+            parent_from_node: body.world_from_object,
         })
         .collect();
     let media_type = "model/gltf-binary";

@@ -1,9 +1,11 @@
 //! Executions: tasks that a simulated robot does in a finished scene. The execution is its job, with the job's id,
 //! state, events and failure; a row beside it has the request, and the answer once there is one.
 
+use std::collections::HashMap;
+
 use serde_json::Value;
 use sqlx::any::AnyRow;
-use sqlx::{AnyConnection, Row};
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
 use super::limits::{Admission, LimitReached};
 use super::queue::{JobSubject, NewJob, QueueColumns};
@@ -85,6 +87,31 @@ impl Store {
             .fetch_optional(&self.readers)
             .await?;
         row.as_ref().map(execution_of).transpose()
+    }
+
+    /// The scenes in which tasks are executed, by the job of the execution; other jobs have no entry.
+    #[boxed]
+    pub async fn executed_scenes(
+        &self,
+        tenant_id: &TenantId,
+        jobs: &[JobId],
+    ) -> Result<HashMap<JobId, SceneId>, StoreError> {
+        if jobs.is_empty() {
+            return Ok(HashMap::new());
+        }
+        let list: Vec<String> = (0..jobs.len()).map(|index| format!("${}", index + 2)).collect();
+        let sql = format!(
+            "SELECT job_id, scene_id FROM executions WHERE tenant_id = $1 AND job_id IN ({})",
+            list.join(", ")
+        );
+        let query = sqlx::query(AssertSqlSafe(sql)).bind(tenant_id.as_str());
+        let query = jobs.iter().fold(query, |query, id| query.bind(id.as_str()));
+        let rows = query.fetch_all(&self.readers).await?;
+        let ids = |row| {
+            let scene = database::id(row, "executions", "scene_id")?;
+            Ok((database::id(row, "executions", "job_id")?, scene))
+        };
+        rows.iter().map(ids).collect()
     }
 }
 

@@ -56,6 +56,21 @@ pub fn list_robots(operation: &mut Operation<'_>) {
     operation.answers::<RobotList>(200, "The robots.");
 }
 
+/// `GET /robots/{robot}/model`.
+pub fn get_robot_model(operation: &mut Operation<'_>) {
+    operation.is("service", "getRobotModel", "The visible shape of a robot, for viewers.");
+    operation.explain(
+        "A GLB file whose nodes are the links with all joints at zero, each carried by its parent. The extras of a link \
+         that moves are `joint`, `kind` (`revolute` or `prismatic`), `axis` in its own frame, and the source of its \
+         position. `arm_joint` is the index in `joint_positions` of a trajectory. For fingers the position is \
+         `per_opening_m` times the opening of the gripper, plus `offset`.",
+    );
+    operation.answers_file(200, "The model.", &["application/octet-stream", "model/gltf-binary"]);
+    operation.tags();
+    operation.answers_nothing(304, "The client has it already.");
+    operation.refuses(&[404]);
+}
+
 /// `GET /settings/schema`.
 pub fn get_request_schema(operation: &mut Operation<'_>) {
     operation.is("service", "getRequestSchema", "A JSON schema of a request for a scene, for forms.");

@@ -503,8 +503,17 @@ pub(super) mod tests {
         let mesh = two_tone_mesh();
         let pose = Pose::upright(DVec3::new(0.2, -0.1, 0.05), 0.8);
         let extras = serde_json::json!({ "label": "\"<a>\"\n🍎" });
-        let node = SceneNode { name: "a", extras, mesh: &mesh, world_from_object: pose };
-        let read = read_mesh_glb(&write_scene_glb(&[node])).expect("our own file");
+        let carrier = TexturedMesh::default();
+        let parent_from_node = Pose::upright(DVec3::new(-0.1, 0.3, 0.2), 0.5);
+        let node = SceneNode {
+            name: "a",
+            extras: extras.clone(),
+            mesh: &mesh,
+            parent: Some(0),
+            parent_from_node: parent_from_node.inverse() * pose,
+        };
+        let base = SceneNode { name: "base", extras, mesh: &carrier, parent: None, parent_from_node };
+        let read = read_mesh_glb(&write_scene_glb(&[base, node])).expect("our own file");
         for (read, authored) in read.positions.iter().zip(&mesh.positions) {
             assert!((*read - pose.transform_point(*authored)).length() < 1e-9);
         }

@@ -30,36 +30,45 @@ pub fn write_mesh_glb_with_extras(mesh: &TexturedMesh, extras: Option<serde_json
     file.finish(0)
 }
 
-/// One body of a scene file.
+/// One body of a scene file, or one link of a robot's.
 pub struct SceneNode<'a> {
     pub name: &'a str,
     /// Data of the application.
     pub extras: serde_json::Value,
     pub mesh: &'a TexturedMesh,
-    pub world_from_object: Pose,
+    /// Index of the node that carries this one, which is lower; the world carries it where it is absent.
+    pub parent: Option<usize>,
+    pub parent_from_node: Pose,
 }
 
-/// A GLB file with all bodies at their poses, under the root rotation.
-pub fn write_scene_glb(bodies: &[SceneNode<'_>]) -> Vec<u8> {
+/// A GLB file with all nodes at their poses, under the root rotation.
+///
+/// # Panics
+/// Where a parent does not come before its children.
+pub fn write_scene_glb(nodes: &[SceneNode<'_>]) -> Vec<u8> {
     let mut file = GlbFile::default();
     let mut children = Vec::new();
     let mut written: Vec<(&TexturedMesh, Option<usize>)> = Vec::new();
-    for body in bodies {
-        let mesh = match written.iter().find(|(known, _)| *known == body.mesh) {
+    for node in nodes {
+        let mesh = match written.iter().find(|(known, _)| *known == node.mesh) {
             Some(&(_, mesh)) => mesh,
             None => {
-                let mesh = file.add_mesh(body.name, body.mesh);
-                written.push((body.mesh, mesh));
+                let mesh = file.add_mesh(node.name, node.mesh);
+                written.push((node.mesh, mesh));
                 mesh
             }
         };
-        children.push(file.document.nodes.len());
+        let index = file.document.nodes.len();
+        match node.parent {
+            Some(parent) => file.document.nodes[parent].children.push(index),
+            None => children.push(index),
+        }
         file.document.nodes.push(doc::Node {
-            name: Some(body.name.to_owned()),
+            name: Some(node.name.to_owned()),
             mesh,
-            translation: Some(body.world_from_object.translation_m.to_array()),
-            rotation: Some(body.world_from_object.rotation.normalize().to_array()),
-            extras: Some(body.extras.clone()),
+            translation: Some(node.parent_from_node.translation_m.to_array()),
+            rotation: Some(node.parent_from_node.rotation.normalize().to_array()),
+            extras: Some(node.extras.clone()),
             ..doc::Node::default()
         });
     }
