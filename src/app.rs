@@ -27,6 +27,8 @@ pub mod batch_reading;
 mod grasps;
 pub mod tasks;
 pub mod catalog;
+pub mod added_categories;
+pub mod catalog_check;
 pub mod robot_model;
 pub mod episodes;
 pub mod executions;

@@ -63,6 +63,7 @@ pub struct Config {
     pub telemetry: TelemetrySettings,
     pub features: FeatureSettings,
     pub network: NetworkSettings,
+    pub catalog: CatalogSettings,
     pub providers: ProviderSettings,
     pub analyst: text_parser::TextParserSettings,
     pub layout: LayoutSettings,
@@ -95,6 +96,14 @@ pub struct NetworkSettings {
     pub weights: String,
     #[serde(flatten)]
     pub reading: NetworkReadingSettings,
+}
+
+/// Section `[catalog]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct CatalogSettings {
+    /// Files with categories of the user and folders of them, separated by commas; read at start.
+    pub paths: String,
 }
 
 /// Section `[log]`.

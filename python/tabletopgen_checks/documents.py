@@ -33,7 +33,10 @@ from tabletopgen_checks.service.server import Server
 
 GROUPS = [
     ["README.md", "docs/tutorial.md"],
-    ["docs/user_guide.md", "docs/tasks.md", "docs/episodes.md", "docs/robots.md", "docs/datasets.md", "docs/operations.md"],
+    [
+        "docs/user_guide.md", "docs/catalog.md", "docs/tasks.md", "docs/episodes.md", "docs/robots.md", "docs/datasets.md",
+        "docs/operations.md",
+    ],
 ]
 # Document and first line of a fence, and why it does not run.
 LEFT_OUT = {

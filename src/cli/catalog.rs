@@ -1,12 +1,18 @@
 //! `catalog`: the objects that scenes are made of.
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use serde_json::json;
 
+use super::options::ConfigOptions;
+use super::output::file;
 use super::{Exit, Failure, terminal};
+use crate::app::added_categories::{self, FileError};
 use crate::app::catalog::{Catalog, CategoryView, catalog};
+use crate::app::catalog_check::{self, CategoryFinding};
+use imaging::codec::encode_png;
 
 /// Arguments of `catalog`.
 #[derive(Debug, Args)]
@@ -25,6 +31,8 @@ enum Action {
         /// Print JSON
         #[arg(long)]
         json: bool,
+        #[command(flatten)]
+        options: ConfigOptions,
     },
     /// Show what is known of a category: words, size, mass, substance, colors, uses
     Show {
@@ -33,14 +41,39 @@ enum Action {
         /// Print JSON
         #[arg(long)]
         json: bool,
+        #[command(flatten)]
+        options: ConfigOptions,
     },
+    /// Check a file of your own categories: closed meshes, sizes, hulls, masses, and whether the objects stand
+    Check(CheckArguments),
+}
+
+/// Arguments of `catalog check`.
+#[derive(Debug, Args)]
+struct CheckArguments {
+    /// File with `[[category]]` tables
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Write an image with three objects of each category
+    #[arg(long, value_name = "FILE")]
+    sheet: Option<PathBuf>,
+    /// Replace the image if it is there
+    #[arg(long)]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    options: ConfigOptions,
 }
 
 /// Lists the catalog, or shows a category.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
-    let mut catalog = catalog();
     terminal::print(&match arguments.action {
-        Action::List { group, json } => {
+        Action::Check(arguments) => return check(&arguments),
+        Action::List { group, json, options } => {
+            options.load(Vec::new())?;
+            let mut catalog = catalog();
             if let Some(group) = group {
                 catalog.categories.retain(|category| category.group == group);
                 if catalog.categories.is_empty() {
@@ -53,12 +86,57 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
                 catalog.categories.iter().map(line).collect()
             }
         }
-        Action::Show { name, json } => {
+        Action::Show { name, json, options } => {
+            options.load(Vec::new())?;
+            let catalog = catalog();
             let category = named(&catalog, &name)?;
             if json { format!("{:#}\n", json!(category)) } else { text(category) }
         }
     });
     Ok(Exit::Success)
+}
+
+/// The categories of a file are checked as if `catalog.paths` named it.
+fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
+    let CheckArguments { file: input, sheet, force, json, options } = arguments;
+    let unusable = |error: FileError| Failure::usage(error.to_string());
+    let (own, _) = added_categories::read(input).map_err(unusable)?;
+    let name = input.to_string_lossy().into_owned();
+    let resolved = options.load(vec![("catalog.paths".to_owned(), name, "FILE")])?;
+    if let Some(path) = sheet {
+        file::check(path, "--sheet", *force, &[input.as_path()])?;
+    }
+    let own: Vec<&::catalog::Category> =
+        own.iter().filter_map(|category| ::catalog::category(&category.name)).collect();
+    let (findings, image) = catalog_check::check(&own, &resolved.config);
+    if let Some(path) = sheet {
+        file::write(path, &encode_png(&image), *force)?;
+    }
+    let sound = findings.iter().all(|finding| finding.objections.is_empty());
+    terminal::print(&match json {
+        true => format!("{:#}\n", json!({ "sound": sound, "categories": findings })),
+        false => findings.iter().map(finding_text).collect(),
+    });
+    Ok(if sound { Exit::Success } else { Exit::Error })
+}
+
+fn finding_text(finding: &CategoryFinding) -> String {
+    let verdict = if finding.objections.is_empty() { "ok" } else { "FAULTY" };
+    let mut text = format!("{verdict:<8}{}\n", finding.name);
+    for object in &finding.objects {
+        let [width, depth, height] = object.size_m.map(|side_m| 1000.0 * side_m);
+        let (moved_mm, turned_deg) = (1000.0 * object.moved_m, object.turned_rad.to_degrees());
+        let _ = writeln!(
+            text,
+            "        {width:.0} x {depth:.0} x {height:.0} mm, {:.3} kg, {} triangles, {} hulls, moved {moved_mm:.1} mm, \
+             turned {turned_deg:.1} degrees",
+            object.mass_kg, object.triangles, object.hulls
+        );
+    }
+    for objection in &finding.objections {
+        let _ = writeln!(text, "        {objection}");
+    }
+    text
 }
 
 fn named<'c>(catalog: &'c Catalog, name: &str) -> Result<&'c CategoryView, Failure> {

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{Failure, number};
-use crate::app::config;
 use crate::app::config::{Resolved, Sources};
+use crate::app::{added_categories, config};
 use scene::request::{OnUnknown, RequestOptions};
 
 /// Sources of settings.
@@ -33,7 +33,8 @@ impl ConfigOptions {
         self.config.clone().or_else(|| variable("TABLETOPGEN_CONFIG")).or_else(usual)
     }
 
-    /// The configuration out of all layers; `more` are options that stand for a setting.
+    /// The configuration out of all layers, with the categories that it names added to the catalog; `more` are options
+    /// that stand for a setting.
     pub fn load(&self, more: Vec<(String, String, &'static str)>) -> Result<Resolved, Failure> {
         let arguments = self.set.iter().map(|(key, value)| (key.clone(), value.clone(), "--set"));
         let sources = Sources {
@@ -44,7 +45,9 @@ impl ConfigOptions {
                 .collect(),
             arguments: arguments.chain(more).collect(),
         };
-        Ok(config::layers::load(sources)?)
+        let resolved = config::layers::load(sources)?;
+        added_categories::load(&resolved)?;
+        Ok(resolved)
     }
 }
 

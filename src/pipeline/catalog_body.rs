@@ -29,9 +29,24 @@ pub fn catalog_body(
     settings: &DecomposeSettings,
 ) -> Result<(Body, TexturedMesh), CatalogBodyError> {
     let mesh = build(recipe).ok_or(CatalogBodyError::NoMesh)?;
-    let physical = physical_properties(&mesh, &recipe.category, None)?;
-    let hulls = decompose(&mesh, settings, &CancelFlag::default())?.hulls;
-    let body = Body {
+    let body = body_of(name, &mesh, &recipe.category, settings)?;
+    Ok((body, mesh))
+}
+
+/// The body of a mesh of the category, in the frame of the mesh.
+///
+/// # Errors
+///
+/// [`CatalogBodyError`] for a mesh without volume or hulls.
+pub fn body_of(
+    name: &str,
+    mesh: &TexturedMesh,
+    category: &str,
+    settings: &DecomposeSettings,
+) -> Result<Body, CatalogBodyError> {
+    let physical = physical_properties(mesh, category, None)?;
+    let hulls = decompose(mesh, settings, &CancelFlag::default())?.hulls;
+    Ok(Body {
         name: name.to_owned(),
         hulls,
         world_from_object: Pose::IDENTITY,
@@ -40,6 +55,5 @@ pub fn catalog_body(
         restitution: physical.restitution,
         rolling_friction_m: physical.rolling_friction_m,
         fixed: false,
-    };
-    Ok((body, mesh))
+    })
 }

@@ -3,6 +3,7 @@
 mod commands;
 mod doctor;
 mod outputs;
+mod own_categories;
 mod messages;
 mod edits;
 mod episodes;

@@ -42,7 +42,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 /// Commands that write, with the option of their output last.
-const WRITERS: [(&[&str], Writes); 11] = [
+const WRITERS: [(&[&str], Writes); 12] = [
     (&["generate", "--text", "a mug", "--out"], Writes::Folder { can_be_forced: true }),
     (
         &["edit", "--bundle", "desk", "--text", "tidy the table", "--out"],
@@ -66,6 +66,7 @@ const WRITERS: [(&[&str], Writes); 11] = [
     (&["backup", "--data-dir", "data"], Writes::Folder { can_be_forced: false }),
     (&["diff", "desk", "other", "--image"], Writes::File),
     (&["dataset", "stats", "frozen", "--html"], Writes::File),
+    (&["catalog", "check", "own.toml", "--sheet"], Writes::File),
 ];
 
 #[derive(Clone, Copy, PartialEq)]
@@ -82,6 +83,7 @@ fn with_inputs() -> tempfile::TempDir {
     bundle(home.path(), "other", 0.1);
     std::fs::create_dir(at("frozen")).unwrap();
     std::fs::write(at("frozen/dataset.json"), "{}").unwrap();
+    std::fs::write(at("own.toml"), "category = []").unwrap();
     std::fs::write(at("requests.jsonl"), r#"{"custom_id": "a", "body": {"text": "a mug"}}"#).unwrap();
     home
 }
@@ -174,7 +176,9 @@ fn every_command_that_writes_is_in_the_table() {
         };
         for call in calls {
             let help = help(&call);
-            let writes = ["--out <", "--html <", "--image <FILE>"].iter().any(|option| help.contains(option));
+            let writes = ["--out <", "--html <", "--image <FILE>", "--sheet <"]
+                .iter()
+                .any(|option| help.contains(option));
             if writes {
                 writers.push(call.join(" "));
             }

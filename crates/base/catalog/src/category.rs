@@ -1,12 +1,13 @@
 //! Object categories of the catalog.
 
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 
 use glam::DVec3;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 use super::Generator;
+use super::added::{added, read_categories};
 use super::kit::{Shape, from_shape};
 use geometry::Rgb;
 use runtime::seed::Rng;
@@ -151,6 +152,11 @@ impl Category {
         Rgb::hex(u32::from_str_radix(pick.trim_start_matches('#'), 16).unwrap_or(0x80_80_80))
     }
 
+    /// Name, label and synonyms.
+    pub fn words(&self) -> impl Iterator<Item = &str> {
+        [&self.name, &self.label].into_iter().chain(&self.synonyms).map(String::as_str)
+    }
+
     pub fn affords(&self, affordance: Affordance) -> bool {
         self.affordances.contains(&affordance)
     }
@@ -191,11 +197,13 @@ impl Category {
 }
 
 #[derive(Deserialize)]
-struct CategoryFile {
-    category: Vec<Category>,
+#[serde(deny_unknown_fields)]
+pub(super) struct CategoryFile {
+    pub category: Vec<Category>,
 }
 
-static CATEGORIES: LazyLock<Vec<Category>> = LazyLock::new(|| {
+/// The categories that are compiled in, read anew.
+pub(super) fn built_in() -> Vec<Category> {
     let sources = [
         include_str!("../../../../config/catalog/dining_kitchen.toml"),
         include_str!("../../../../config/catalog/office_living.toml"),
@@ -210,24 +218,26 @@ static CATEGORIES: LazyLock<Vec<Category>> = LazyLock::new(|| {
         include_str!("../../../../config/catalog/toys.toml"),
         include_str!("../../../../config/catalog/stationery_tools.toml"),
     ];
-    sources
-        .iter()
-        .flat_map(|text| {
-            let file: CategoryFile =
-                toml::from_str(text).expect("the built-in catalog parses (a test loads it)");
-            file.category
-        })
-        .collect()
-});
+    let categories =
+        |text: &&str| read_categories(text).expect("the built-in catalog can be read (a test reads it)");
+    sources.iter().flat_map(categories).collect()
+}
 
-/// Every category, in file order.
+static CATEGORIES: OnceLock<Vec<Category>> = OnceLock::new();
+
+/// Whether the catalog was read, after which nothing can be added.
+pub(super) fn is_read() -> bool {
+    CATEGORIES.get().is_some()
+}
+
+/// Every category, in file order: those that are compiled in, then those of the user.
 pub fn categories() -> &'static [Category] {
-    &CATEGORIES
+    CATEGORIES.get_or_init(|| built_in().into_iter().chain(added().iter().cloned()).collect())
 }
 
 /// The category of that name, also of the hidden ones that build stand-ins.
 pub fn category(name: &str) -> Option<&'static Category> {
-    CATEGORIES.iter().chain(super::stand_in::hidden_categories()).find(|category| category.name == name)
+    categories().iter().chain(super::stand_in::hidden_categories()).find(|category| category.name == name)
 }
 
 #[cfg(test)]

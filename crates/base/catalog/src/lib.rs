@@ -1,8 +1,9 @@
 //! The parametric object catalog: names, sizes and materials of object categories, and functions that build their
 //! meshes.
 //!
-//! Data live in `config/catalog/*.toml` and `config/materials.toml` and are compiled in by `include_str!`. Each
-//! category has a shape, which the module `kit` builds, or names a generator in one of the family modules below.
+//! Data live in `config/catalog/*.toml` and `config/materials.toml` and are compiled in by `include_str!`; a program
+//! may add categories of the user ([`add_categories`]). Each category has a shape, which the module `kit` builds, or
+//! names a generator in one of the family modules below.
 //! Building is deterministic: the same recipe gives the same mesh. The crate must not depend on rendering, scenes,
 //! models or file formats.
 //!
@@ -15,10 +16,12 @@
 //! ```
 
 mod category;
+mod added;
 mod recipe;
 mod assembly;
 mod kit;
 mod mesh_cache;
+pub mod checks;
 pub mod substance;
 mod wikidata;
 pub mod stand_in;
@@ -30,6 +33,7 @@ pub mod workbench;
 pub mod crafting;
 pub mod tables;
 
+pub use added::{CategoryError, CategoryFault, add_categories, added_digest, read_categories};
 pub use category::{Affordance, Category, Facing, SizeRange, State, Zone, categories, category};
 pub use kit::{Shape, ShapeError};
 pub use physical::{PhysicalProperties, made_of, physical_properties};

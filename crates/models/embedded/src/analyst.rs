@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::requested_pose::posed;
 use super::single_view_reconstruction::{self, ImageReader, ReaderIdentity};
 use super::text_parser::{self, DescribeError, DescribeOptions, TextParserSettings};
+use super::with_catalog;
 use catalog::Recipe;
 use geometry::TexturedMesh;
 use ports::{
@@ -39,7 +40,7 @@ struct Identity {
 impl SceneAnalyst for EmbeddedAnalyst {
     fn adapter(&self) -> Adapter {
         let identity = Identity { analyst: self.settings.clone(), photograph: self.photograph.identity() };
-        Adapter::new("embedded/grammar", "5", &identity)
+        with_catalog(Adapter::new("embedded/grammar", "5", &identity))
     }
 
     fn describe<'a>(

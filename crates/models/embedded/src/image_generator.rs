@@ -33,6 +33,7 @@ use serde::{Deserialize, Serialize};
 
 use super::layout::{LayoutSettings, posed_footprint};
 use super::single_view_reconstruction::{self, SingleViewSettings};
+use super::with_catalog;
 use geometry::decompose::DecomposeSettings;
 use physics::{CertifySettings, ResolveSettings, SettleSettings};
 use ports::{
@@ -128,7 +129,7 @@ struct Settings {
 
 impl ImageGenerator for EmbeddedImageGenerator {
     fn adapter(&self) -> Adapter {
-        Adapter::new(Self::NAME, Self::MODEL, &self.settings())
+        with_catalog(Adapter::new(Self::NAME, Self::MODEL, &self.settings()))
     }
 
     fn reference<'a>(

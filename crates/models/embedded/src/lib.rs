@@ -43,7 +43,7 @@ use serde::{Deserialize, Serialize};
 
 use geometry::decompose::DecomposeSettings;
 use physics::{CertifySettings, ResolveSettings, SettleSettings};
-use ports::Ports;
+use ports::{Adapter, Ports};
 use render::RenderSettings;
 use vision::descriptor::DescriptorSettings;
 
@@ -60,6 +60,14 @@ pub struct EmbeddedSettings {
     pub settle: SettleSettings,
     pub resolve: ResolveSettings,
     pub certify: CertifySettings,
+}
+
+/// The identity of an adapter whose answers depend on the catalog: the categories of the user are part of it.
+fn with_catalog(adapter: Adapter) -> Adapter {
+    match catalog::added_digest() {
+        Some(digest) => Adapter { model: format!("{} catalog:{digest}", adapter.model), ..adapter },
+        None => adapter,
+    }
 }
 
 /// An embedded adapter for every port. `network` reads images without ground truth.

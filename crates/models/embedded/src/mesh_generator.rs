@@ -13,6 +13,7 @@ use super::orientation::randomly_oriented;
 use super::recognized_table;
 use super::requested_pose::rendered_mesh;
 use super::single_view_reconstruction::{self, SingleViewSettings};
+use super::with_catalog;
 
 /// Answers the mesh port from the catalog or from a single view.
 pub struct EmbeddedMeshGenerator {
@@ -26,7 +27,7 @@ const LICENCE: &str = "CC0-1.0";
 
 impl MeshGenerator for EmbeddedMeshGenerator {
     fn adapter(&self) -> Adapter {
-        Adapter::new("embedded/mesh_generator", env!("CARGO_PKG_VERSION"), &self.photograph)
+        with_catalog(Adapter::new("embedded/mesh_generator", env!("CARGO_PKG_VERSION"), &self.photograph))
     }
 
     fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::single_view_reconstruction::{self, ImageReader};
+use super::with_catalog;
 use imaging::Mask;
 use ports::{
     Adapter, Answer, Call, Port, ProviderError, ReferenceImage, Segmentation, Segmenter, TopBoxes,
@@ -20,7 +21,7 @@ const NAME: &str = "embedded/segmenter";
 
 impl Segmenter for EmbeddedSegmenter {
     fn adapter(&self) -> Adapter {
-        Adapter::new(NAME, "2", &self.photograph.identity())
+        with_catalog(Adapter::new(NAME, "2", &self.photograph.identity()))
     }
 
     fn segment<'a>(

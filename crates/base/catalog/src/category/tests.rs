@@ -5,20 +5,15 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::*;
+use crate::added::normalized;
 use crate::{Recipe, build, physical_properties};
-
-/// Lower case, hyphens as spaces: how a text is compared with names.
-fn normalized(words: &str) -> String {
-    words.to_lowercase().replace(['-', '_'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
-}
 
 #[test]
 fn no_word_denotes_two_categories() {
     let mut owners: BTreeMap<String, &str> = BTreeMap::new();
     let mut clashes = Vec::new();
     for category in categories() {
-        let own = [&category.name, &category.label].into_iter().chain(&category.synonyms);
-        for word in own.map(|word| normalized(word)) {
+        for word in category.words().map(normalized) {
             match owners.insert(word.clone(), &category.name) {
                 Some(other) if other != category.name => {
                     clashes.push(format!("{word}: {other}, {}", category.name));
@@ -51,10 +46,7 @@ fn synonyms_are_lower_case_and_listed_once() {
 /// Nouns that a category stands in for have no category of their own.
 #[test]
 fn categories_stand_in_for_what_the_catalog_lacks() {
-    let words = |category: &Category| -> Vec<String> {
-        let own = [&category.name, &category.label].into_iter().chain(&category.synonyms);
-        own.map(|word| normalized(word)).collect()
-    };
+    let words = |category: &Category| -> Vec<String> { category.words().map(normalized).collect() };
     let known: std::collections::BTreeSet<String> = categories().iter().flat_map(words).collect();
     let mut seen = std::collections::BTreeSet::new();
     for category in categories() {
