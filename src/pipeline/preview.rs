@@ -32,6 +32,12 @@ pub struct PreviewBody<'a> {
 /// Horizontal field of view of all previews but the reference view, radians (about 30 degrees).
 const FOV_X_RAD: f64 = 0.52;
 
+/// Direction of the hero image, from the front edge toward +x, radians.
+const HERO_AZIMUTH_RAD: f64 = 0.42;
+
+/// Smallest half of the width and depth that the hero image shows, meters: about a hand's breadth.
+const MIN_HERO_HALF_M: f64 = 0.08;
+
 /// The bodies in a studio, ready to be rendered from every side; ids count from 1 in the order given. The
 /// floor lies under the lowest point. On a GPU, if it is put on one: an image that does not fit there is the CPU's,
 /// with a line in the log, and an error means that the device is broken.
@@ -86,9 +92,23 @@ impl<'a> Studio<'a> {
         (lighting, Background::light_with_floor(self.low_m.z))
     }
 
-    /// The whole scene, three quarters from the front.
+    /// The objects on the table, three quarters from the front; the table where there is nothing else.
     pub fn hero(&self, settings: &PreviewSettings) -> Result<Image, GpuError> {
-        self.orbit(settings.hero_width_px, settings.hero_width_px * 3 / 4, 0.42, 0.52)
+        let camera = self.hero_camera(settings.hero_width_px);
+        self.render(HERO_AZIMUTH_RAD, &View::Perspective(camera))
+    }
+
+    fn hero_camera(&self, width_px: u32) -> Camera {
+        let objects = match self.bodies {
+            [_, objects @ ..] if !objects.is_empty() => objects,
+            all => all,
+        };
+        let mut shown_m = strided_points(objects);
+        let (low_m, high_m) = bounds(objects);
+        let center_m = 0.5 * (low_m + high_m);
+        let half_m = (0.5 * (high_m - low_m)).max(DVec3::splat(MIN_HERO_HALF_M));
+        shown_m.extend([-1.0, 1.0].map(|side| center_m + side * half_m.with_z(0.0)));
+        self.framing(&shown_m, width_px, width_px * 3 / 4, HERO_AZIMUTH_RAD, 0.6)
     }
 
     /// One of the sides: azimuth 0 = from the front edge, pi/2 = from +x.
@@ -104,7 +124,8 @@ impl<'a> Studio<'a> {
         azimuth_rad: f64,
         elevation_rad: f64,
     ) -> Result<Image, GpuError> {
-        let camera = self.framing(width_px, height_px, azimuth_rad, elevation_rad);
+        let camera =
+            self.framing(&strided_points(self.bodies), width_px, height_px, azimuth_rad, elevation_rad);
         self.render(azimuth_rad, &View::Perspective(camera))
     }
 
@@ -145,8 +166,15 @@ impl<'a> Studio<'a> {
         self.render(camera.azimuth_rad(), &View::Perspective(small))
     }
 
-    /// The nearest camera on that ray that sees everything with a small margin.
-    fn framing(&self, width_px: u32, height_px: u32, azimuth_rad: f64, elevation_rad: f64) -> Camera {
+    /// The nearest camera on that ray that sees the points with a small margin.
+    fn framing(
+        &self,
+        shown_m: &[DVec3],
+        width_px: u32,
+        height_px: u32,
+        azimuth_rad: f64,
+        elevation_rad: f64,
+    ) -> Camera {
         let (low, high) = (self.low_m, self.high_m);
         let mut target = 0.5 * (low + high);
         let mut distance_m = 2.5 * (high - low).length().max(1e-3);
@@ -156,12 +184,7 @@ impl<'a> Studio<'a> {
         // Center what is seen, then come closer or go back until it fills nine tenths of the frame.
         for _ in 0..6 {
             let now = camera(target, distance_m);
-            let seen = self.bodies.iter().flat_map(|body| {
-                let stride = body.mesh.positions.len().div_ceil(500).max(1);
-                body.mesh.positions.iter().step_by(stride).filter_map(|p| {
-                    now.project(body.world_from_object.transform_point(*p)).map(|(pixel, _)| pixel)
-                })
-            });
+            let seen = shown_m.iter().filter_map(|point| now.project(*point)).map(|(pixel, _)| pixel);
             let (low_px, high_px) =
                 seen.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
             if !low_px.is_finite() {
@@ -178,6 +201,16 @@ impl<'a> Studio<'a> {
         }
         camera(target, distance_m)
     }
+}
+
+/// Some 500 points of each body in the world.
+fn strided_points(bodies: &[PreviewBody]) -> Vec<DVec3> {
+    let of = |body: &PreviewBody| {
+        let stride = body.mesh.positions.len().div_ceil(500).max(1);
+        let points = body.mesh.positions.iter().step_by(stride);
+        points.map(|p| body.world_from_object.transform_point(*p)).collect::<Vec<_>>()
+    };
+    bodies.iter().flat_map(of).collect()
 }
 
 /// Box of all bodies in the world.
@@ -205,6 +238,43 @@ pub fn thumbnail(mesh: &TexturedMesh) -> Image {
     let bodies = [PreviewBody { mesh, world_from_object: Pose::IDENTITY }];
     let studio = Studio::new(&bodies, &quality);
     let (lighting, background) = studio.light(0.5);
-    let camera = studio.framing(256, 256, 0.5, 0.5);
+    let camera = studio.framing(&strided_points(&bodies), 256, 256, 0.5, 0.5);
     studio.scene_cache.color(lighting, background, &View::Perspective(camera))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::shapes::{block, cylinder};
+    use geometry::{Material, Rgb, Solid};
+
+    fn mesh(solid: Solid) -> TexturedMesh {
+        let mut mesh = TexturedMesh::default();
+        mesh.add(solid, &Material::plain("plain", Rgb::hex(0x80_80_80), 0.5));
+        mesh
+    }
+
+    #[test]
+    fn objects_fill_the_hero_image_and_none_is_cut() {
+        let table = mesh(block(DVec3::new(1.6, 0.9, 0.75)).translated(DVec3::new(0.0, 0.0, -0.75)));
+        let can = mesh(cylinder(0.04, 0.09, 0.0, 24));
+        let at = |x_m: f64, y_m: f64| Pose::upright(DVec3::new(x_m, y_m, 0.0), 0.3);
+        for (places, min_share) in
+            [(vec![at(0.5, -0.2)], 0.15), (vec![at(-0.1, 0.0), at(0.0, 0.1), at(0.1, -0.1)], 0.1)]
+        {
+            let on_table = places.iter().map(|pose| PreviewBody { mesh: &can, world_from_object: *pose });
+            let table = PreviewBody { mesh: &table, world_from_object: Pose::IDENTITY };
+            let bodies: Vec<PreviewBody> = std::iter::once(table).chain(on_table).collect();
+            let quality =
+                RenderSettings { supersampling: 1, shadow_map_px: 64, sky_directions: 4, sky_map_px: 16 };
+            let studio = Studio::new(&bodies, &quality);
+            let frame = studio.scene_cache.measure(&View::Perspective(studio.hero_camera(320)));
+            let covered = frame.ids.iter().filter(|id| **id > 1).count();
+            let share = covered as f64 / frame.ids.len() as f64;
+            assert!(share > min_share, "{} objects cover {share:.2}", places.len());
+            let rows = frame.ids.chunks(320).flat_map(|row| [row[0], row[319]]);
+            let edge = frame.ids[..320].iter().chain(&frame.ids[320 * 239..]).copied().chain(rows);
+            assert_eq!(edge.filter(|id| *id > 1).count(), 0, "an object is cut");
+        }
+    }
 }

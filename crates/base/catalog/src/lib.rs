@@ -22,6 +22,7 @@ mod assembly;
 mod kit;
 mod mesh_cache;
 pub mod checks;
+pub mod color;
 pub mod substance;
 mod wikidata;
 pub mod stand_in;

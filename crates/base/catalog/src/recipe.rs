@@ -6,6 +6,7 @@ use glam::DVec3;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
+use super::color::with_color;
 use super::mesh_cache::Cache;
 use super::{Category, category};
 use geometry::{Rgb, TexturedMesh};
@@ -62,15 +63,26 @@ pub type Generator = fn(&mut Order) -> TexturedMesh;
 
 /// The recipe's mesh in the canonical frame (origin at the center of the bottom face of its box), or
 /// `None` for an unknown category.
+///
+/// A color that is asked for shows on a large part of the mesh, whatever the category is usually made of.
 pub fn build(recipe: &Recipe) -> Option<TexturedMesh> {
+    let mesh = designed(recipe, recipe.color)?;
+    Some(match recipe.color {
+        Some(asked) => with_color(mesh, asked, recipe.material.is_none(), || designed(recipe, None)),
+        None => mesh,
+    })
+}
+
+/// The mesh as the category is designed, with this main color, or one of its palette.
+fn designed(recipe: &Recipe, color: Option<Rgb>) -> Option<TexturedMesh> {
     let category = category(&recipe.category)?;
     let generator = category.generator()?;
     let mut rng = child_rng(recipe.seed, &recipe.category);
-    let color = category.sample_color(&mut rng);
+    let usual = category.sample_color(&mut rng);
     let mut order = Order {
         category,
         size_m: recipe.size_m,
-        color: recipe.color.unwrap_or(color),
+        color: color.unwrap_or(usual),
         material: recipe.material.as_deref(),
         rng,
     };

@@ -5,6 +5,7 @@
 //! surroundings.
 
 use super::vocabulary::color_of;
+use catalog::color::oklab;
 use geometry::Rgb;
 
 /// Largest distance of a color to its nearest basic word.
@@ -62,18 +63,6 @@ pub(super) fn is_color(color: Rgb, words: &str) -> bool {
 fn distance(a: Rgb, b: Rgb) -> f64 {
     let (a, b) = (oklab(a), oklab(b));
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-}
-
-fn oklab(color: Rgb) -> [f64; 3] {
-    let [r, g, b] = color.to_linear().map(f64::from);
-    let l = (0.412_221_47 * r + 0.536_332_54 * g + 0.051_445_99 * b).cbrt();
-    let m = (0.211_903_5 * r + 0.680_699_55 * g + 0.107_396_96 * b).cbrt();
-    let s = (0.088_302_46 * r + 0.281_718_84 * g + 0.629_978_7 * b).cbrt();
-    [
-        0.210_454_26 * l + 0.793_617_8 * m - 0.004_072_05 * s,
-        1.977_998_5 * l - 2.428_592_2 * m + 0.450_593_7 * s,
-        0.025_904_04 * l + 0.782_771_77 * m - 0.808_675_77 * s,
-    ]
 }
 
 #[cfg(test)]
