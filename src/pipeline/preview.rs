@@ -108,7 +108,7 @@ impl<'a> Studio<'a> {
         let center_m = 0.5 * (low_m + high_m);
         let half_m = (0.5 * (high_m - low_m)).max(DVec3::splat(MIN_HERO_HALF_M));
         shown_m.extend([-1.0, 1.0].map(|side| center_m + side * half_m.with_z(0.0)));
-        self.framing(&shown_m, width_px, width_px * 3 / 4, HERO_AZIMUTH_RAD, 0.6)
+        Self::framing(&shown_m, (low_m, high_m), width_px, width_px * 3 / 4, HERO_AZIMUTH_RAD, 0.6)
     }
 
     /// One of the sides: azimuth 0 = from the front edge, pi/2 = from +x.
@@ -124,8 +124,8 @@ impl<'a> Studio<'a> {
         azimuth_rad: f64,
         elevation_rad: f64,
     ) -> Result<Image, GpuError> {
-        let camera =
-            self.framing(&strided_points(self.bodies), width_px, height_px, azimuth_rad, elevation_rad);
+        let (shown_m, boxed_m) = (strided_points(self.bodies), (self.low_m, self.high_m));
+        let camera = Self::framing(&shown_m, boxed_m, width_px, height_px, azimuth_rad, elevation_rad);
         self.render(azimuth_rad, &View::Perspective(camera))
     }
 
@@ -166,16 +166,15 @@ impl<'a> Studio<'a> {
         self.render(camera.azimuth_rad(), &View::Perspective(small))
     }
 
-    /// The nearest camera on that ray that sees the points with a small margin.
+    /// The nearest camera on that ray that sees the points, which lie in a box, with a small margin.
     fn framing(
-        &self,
         shown_m: &[DVec3],
+        (low, high): (DVec3, DVec3),
         width_px: u32,
         height_px: u32,
         azimuth_rad: f64,
         elevation_rad: f64,
     ) -> Camera {
-        let (low, high) = (self.low_m, self.high_m);
         let mut target = 0.5 * (low + high);
         let mut distance_m = 2.5 * (high - low).length().max(1e-3);
         let camera = |target, distance| {
@@ -238,7 +237,8 @@ pub fn thumbnail(mesh: &TexturedMesh) -> Image {
     let bodies = [PreviewBody { mesh, world_from_object: Pose::IDENTITY }];
     let studio = Studio::new(&bodies, &quality);
     let (lighting, background) = studio.light(0.5);
-    let camera = studio.framing(&strided_points(&bodies), 256, 256, 0.5, 0.5);
+    let boxed_m = (studio.low_m, studio.high_m);
+    let camera = Studio::framing(&strided_points(&bodies), boxed_m, 256, 256, 0.5, 0.5);
     studio.scene_cache.color(lighting, background, &View::Perspective(camera))
 }
 
