@@ -123,7 +123,7 @@ test('the check under gravity is replayed from the finished poses and from those
   await page.keyboard.press('l');
   const farthest = () => page.locator('[data-farthest]').getAttribute('data-farthest').then(Number);
   assert.ok((await farthest()) < 2e-3, `a finished scene moves by ${await farthest()} m`);
-  await page.keyboard.press(' ');
+  await page.click('.clock >> text=Play');
   await page.waitForFunction(() => Number(document.querySelector('.clock input').value) > 0.5);
   await page.click('text=From the poses of the image');
   await page.waitForSelector('[data-farthest]');
