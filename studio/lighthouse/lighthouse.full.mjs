@@ -3,19 +3,8 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { launch } from 'chrome-launcher';
 import lighthouse from 'lighthouse';
-import { makeScene, startServer } from '../tests/browser.mjs';
+import { FLAGS, makeScene, startServer } from '../tests/browser.mjs';
 
-const FLAGS = [
-  '--headless=new',
-  '--no-sandbox',
-  '--disable-quic',
-  '--no-first-run',
-  '--disable-background-networking',
-  '--disable-component-update',
-  '--disable-sync',
-  '--use-angle=swiftshader',
-  '--enable-unsafe-swiftshader',
-];
 let server;
 let scene;
 let chrome;
@@ -23,7 +12,7 @@ let chrome;
 before(async () => {
   server = await startServer({});
   scene = await makeScene(server.url, { text: 'A desk with a laptop, a mug and two books', seed: 7 });
-  chrome = await launch({ chromePath: process.env.CHROMIUM ?? '/usr/bin/chromium', chromeFlags: FLAGS });
+  chrome = await launch({ chromePath: process.env.CHROMIUM ?? '/usr/bin/chromium', chromeFlags: ['--headless=new', ...FLAGS] });
 });
 after(async () => {
   chrome?.kill();

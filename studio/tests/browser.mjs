@@ -8,6 +8,18 @@ import { chromium } from 'playwright-core';
 
 const axe = readFileSync(new URL('../node_modules/axe-core/axe.min.js', import.meta.url), 'utf8');
 
+/** Arguments of the browser: nothing of its own goes to the network, and it draws without a GPU. */
+export const FLAGS = [
+  '--no-sandbox',
+  '--disable-quic',
+  '--no-first-run',
+  '--disable-background-networking',
+  '--disable-component-update',
+  '--disable-sync',
+  '--use-angle=swiftshader',
+  '--enable-unsafe-swiftshader',
+];
+
 const program = process.env.TABLETOPGEN ?? new URL('../../target/release/tabletopgen', import.meta.url).pathname;
 
 /** Starts the program on `data` at an address, and ends when it serves. */
@@ -69,17 +81,7 @@ export async function start({ args = [], ...options } = {}) {
   const server = await startServer(options);
   const browser = await chromium.launch({
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: [
-      '--no-sandbox',
-      '--disable-quic',
-      '--no-first-run',
-      '--disable-background-networking',
-      '--disable-component-update',
-      '--disable-sync',
-      '--use-angle=swiftshader',
-      '--enable-unsafe-swiftshader',
-      ...args,
-    ],
+    args: [...FLAGS, ...args],
   });
   const open = async (path, { phone = false, dark = false, context: given } = {}) => {
     const context =
