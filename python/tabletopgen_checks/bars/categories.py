@@ -11,15 +11,14 @@ time, and what passes is deleted.
 import json
 import re
 import shutil
-import subprocess
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from tabletopgen_checks.bars.batch_of_texts import batch_of_texts
 from tabletopgen_checks.bars.page import SCENES_OF_TEXTS, arguments, percent, table, write
 from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.catalog import entries
-from tabletopgen_checks.problem import Problem
 
 DEPENDS_ON = SCENES_OF_TEXTS
 SEEDS = 3
@@ -113,24 +112,9 @@ def an(label: str) -> str:
 
 def made(binary: Path, folder: Path, some: list) -> dict:
     """What is wrong with each of some scenes, by the scene."""
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    lines = [json.dumps({"custom_id": one.id, "body": {"text": one.text, "seed": one.seed}}) for one in some]
-    requests = folder / "requests.jsonl"
-    requests.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    out = folder / "out"
-    command = [str(binary), "batch", str(requests), "--out", str(out), "--zip", "--json"]
-    ran = subprocess.run(command, capture_output=True, text=True)
-    if ran.returncode not in (0, 5):
-        raise Problem(f"the batch ended with exit code {ran.returncode}: {ran.stderr.strip()[-1000:]}")
-    answers = {}
-    for name in ("output.jsonl", "errors.jsonl"):
-        for line in (out / name).read_text(encoding="utf-8").splitlines():
-            entry = json.loads(line)
-            answers[entry["custom_id"]] = entry
     faults = {}
-    for one in some:
-        words = wrong(answers.get(one.id), out / f"{one.id}.zip")
+    for one, (entry, bundle) in zip(some, batch_of_texts(binary, folder, [(one.id, one.text, one.seed) for one in some])):
+        words = wrong(entry, bundle)
         if words:
             faults[one] = words
             print(f"  {one.text} (seed {one.seed}): {words}", flush=True)

@@ -36,9 +36,11 @@ pub struct PhysicalProperties {
 
 /// Physical properties of `mesh` (meters, object frame) as an object of the category.
 ///
-/// `material` (a substance, or a table finish) replaces the category's substance. A density or mass of the category
-/// itself stays, because it describes the contents, which the material does not determine. A category with a shell
-/// thickness has the mass of a shell. Unknown categories and tables are solid wood unless a material is given.
+/// `material` (a substance, or a table finish) replaces the category's substance. A density of the category itself
+/// stays, because it describes the contents, which the material does not determine. A mass of the category changes with
+/// the square root of the ratio of densities, since what is made of a denser substance has thinner walls. A category
+/// with a shell thickness has the mass of a shell. Unknown categories and tables are solid wood unless a material is
+/// given.
 ///
 /// # Errors
 ///
@@ -49,25 +51,29 @@ pub fn physical_properties(
     material: Option<&str>,
 ) -> Result<PhysicalProperties, MassError> {
     let kind = category(category_name);
-    let Some(made_of) = substance(made_of(category_name, material)) else {
+    let Some(asked) = substance(made_of(category_name, material)) else {
         return Err(MassError::BadSubstance { density_kg_m3: f64::NAN, thickness_m: 1.0 });
     };
     let mass = match kind {
         Some(kind) => match (kind.shell_thickness_m, kind.density_kg_m3) {
-            (Some(thickness_m), _) => shell_mass_properties(mesh, thickness_m, made_of.density_kg_m3)?,
+            (Some(thickness_m), _) => shell_mass_properties(mesh, thickness_m, asked.density_kg_m3)?,
             (None, own) => {
-                let own = own.or_else(|| density_from_mass(kind));
-                solid_mass_properties(mesh, own.unwrap_or(made_of.density_kg_m3))?
+                let own = own.or_else(|| {
+                    let usual = substance(made_of(category_name, None))?;
+                    let thinning = (asked.density_kg_m3 / usual.density_kg_m3).sqrt();
+                    Some(thinning * density_from_mass(kind)?)
+                });
+                solid_mass_properties(mesh, own.unwrap_or(asked.density_kg_m3))?
             }
         },
-        None => solid_mass_properties(mesh, made_of.density_kg_m3)?,
+        None => solid_mass_properties(mesh, asked.density_kg_m3)?,
     };
     Ok(PhysicalProperties {
         mass,
-        friction: made_of.friction(),
-        restitution: made_of.restitution,
-        rolling_friction_m: made_of.rolling_friction_m,
-        torsional_friction_m: made_of.torsional_friction_m,
+        friction: asked.friction(),
+        restitution: asked.restitution,
+        rolling_friction_m: asked.rolling_friction_m,
+        torsional_friction_m: asked.torsional_friction_m,
     })
 }
 
@@ -145,7 +151,8 @@ mod tests {
             let mesh = build(&recipe(material)).expect("a plate");
             physical_properties(&mesh, "plate", material).expect("a solid").mass.mass_kg
         };
-        assert!((weigh(Some("steel")) / weigh(Some("glass")) - 7850.0 / 2500.0).abs() < 0.05);
+        assert!((weigh(Some("steel")) / weigh(Some("glass")) - (7850.0_f64 / 2500.0).sqrt()).abs() < 0.05);
+        assert!(weigh(Some("wood")) < weigh(None));
         for model in table_models() {
             let table = build_table(model.name, model.low_m, None, Some("oak"), 1).expect("a table");
             let weigh = |material| physical_properties(&table.mesh, "table", material).expect("a solid").mass;

@@ -34,6 +34,7 @@ mod counts;
 mod supports;
 mod start_state;
 mod completion;
+mod place_settings;
 mod measured_size;
 mod sizing;
 mod table_choice;
@@ -211,15 +212,21 @@ fn describe_with(
     let is_open = completion::is_open(lexicon, &mut parsed, &source, is_bare);
     if is_open {
         completion::complete(&mut draft, &parsed, theme, settings, limit);
+    } else {
+        place_settings::complete_settings(&mut draft, &parsed, limit);
     }
     themes::claim_words(theme, lexicon, &source, &mut parsed.account);
     if draft.objects.is_empty() {
         return Err(nothing_recognized(lexicon, &parsed));
     }
     let out_of_range = sizing::size(&mut draft);
-    for object in supports::keep_what_fits(&mut draft) {
+    let without_room = supports::keep_what_fits(&mut draft);
+    let (surplus, misfits): (Vec<usize>, Vec<usize>) =
+        without_room.into_iter().partition(|object| is_surplus(&draft, &parsed, *object));
+    for object in misfits {
         report_support(&draft, &mut parsed, object);
     }
+    surplus.into_iter().rev().for_each(|object| draft.remove(object));
     let goals = start_state::predicates(&draft, &parsed);
     report_empty(&mut parsed, &goals);
     let start_state::Unviolated { satisfied, unshown } =
@@ -276,6 +283,15 @@ fn describe_with(
     };
     description.prose = prose::write(&description);
     Ok(description)
+}
+
+/// Whether the object is one more of contents without a stated number ("a plate of pancakes"), of which others fit.
+fn is_surplus(draft: &Draft, parsed: &ParsedText, object: usize) -> bool {
+    let mention = draft.of_mention.iter().position(|objects| objects.contains(&object));
+    mention.is_some_and(|m| {
+        let mention = &parsed.mentions[m];
+        mention.contents && mention.count.is_none() && draft.of_mention[m].first() != Some(&object)
+    })
 }
 
 /// Reports the relation of an object to a support on which it does not fit.

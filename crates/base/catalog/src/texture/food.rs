@@ -11,7 +11,7 @@ use runtime::seed::Rng;
 pub fn fruit_skin(color: Rgb, blush: Rgb, rng: &mut Rng) -> Texture {
     let (side, streak, dots) = (Noise::new(2, 2, rng), Noise::new(40, 3, rng), Noise::new(56, 40, rng));
     draw_texture(256, 128, |u, v| {
-        let amount = (1.5 * side.at(u, v) - 0.4 + 0.5 * (streak.at(u, v) - 0.5)).clamp(0.0, 1.0);
+        let amount = (1.3 * side.at(u, v) - 0.6 + 0.5 * (streak.at(u, v) - 0.5)).clamp(0.0, 0.8);
         let dot = if dots.at(u, v) > 0.93 { 0.25 } else { 0.0 };
         color.mix(blush, amount).mix(Rgb([1.0, 0.95, 0.75]), dot)
     })

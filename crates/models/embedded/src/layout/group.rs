@@ -12,6 +12,19 @@ use geometry::Outline;
 use runtime::seed::Rng;
 use scene::{RelationKind, SupportTree, Supporter};
 
+/// Share of the used part of a table that is covered by objects.
+const COVERED_SHARE: f64 = 0.24;
+/// Smallest used share of the width and depth of a table.
+const MIN_USED_SHARE: f64 = 0.4;
+
+/// Share of the width and depth of the table that these groups use.
+fn used_share(groups: &[Group], outline: &Outline) -> f64 {
+    let (low, high) = outline.bounds();
+    let covered_m2: f64 = groups.iter().map(|group| group.footprint.area_m2()).sum();
+    let table_m2 = (high - low).element_product();
+    (covered_m2 / (COVERED_SHARE * table_m2)).sqrt().clamp(MIN_USED_SHARE, 1.0)
+}
+
 /// An object of a group.
 #[derive(Clone, Debug)]
 pub(super) struct Member {
@@ -68,7 +81,10 @@ impl LayoutAttempt<'_> {
         );
         place_settings
             .retain(|(plate, _)| self.yielding < Yielding::Habits && !self.stated.determine(*plate));
-        let surface = SupportSurface::Table { outline, margin_m, place_settings };
+        // People keep what they use within reach: few objects do not spread over all of a large table.
+        let used_share =
+            if place_settings.is_empty() && !self.is_late() { used_share(&groups, outline) } else { 1.0 };
+        let surface = SupportSurface::Table { outline, margin_m, place_settings, used_share };
         let placements = self.place_groups(&surface, &groups)?;
         Ok(placements.into_iter().zip(groups).collect())
     }

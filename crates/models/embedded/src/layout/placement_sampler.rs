@@ -290,7 +290,7 @@ impl LayoutAttempt<'_> {
     }
 
     /// Whether this is a late attempt, with larger tolerances.
-    fn is_late(&self) -> bool {
+    pub(super) fn is_late(&self) -> bool {
         self.tolerance_factor > 1.0
     }
 }

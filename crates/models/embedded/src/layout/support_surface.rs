@@ -15,6 +15,8 @@ pub(super) enum SupportSurface<'a> {
         outline: &'a Outline,
         margin_m: f64,
         place_settings: Vec<(usize, Placement)>,
+        /// Share of the table's width and depth, about its center, that objects without a stated place use.
+        used_share: f64,
     },
     /// The top of an object, in its frame.
     Top {
@@ -74,8 +76,8 @@ impl SupportSurface<'_> {
     /// Cost of a position: the deviation from the category's zone, or overhang and unevenness on an object.
     pub fn cost(&self, footprint: &Footprint, zone: Zone) -> f64 {
         match self {
-            SupportSurface::Table { .. } => {
-                let at = self.shares(footprint.center());
+            SupportSurface::Table { used_share, .. } => {
+                let at = self.shares(footprint.center()) / *used_share;
                 match zone {
                     Zone::Back => 1.2 * (at.y - 0.65).powi(2) + 0.1 * at.x * at.x,
                     Zone::Center => 0.7 * at.length_squared(),
@@ -92,7 +94,7 @@ impl SupportSurface<'_> {
         }
     }
 
-    /// A random position for an object of this zone.
+    /// A random position for an object of this zone, within the used part of a table.
     pub fn candidate(&self, zone: Zone, rng: &mut Rng) -> DVec2 {
         let anywhere = matches!(self, SupportSurface::Top { .. }) || rng.random_bool(0.2);
         let zone = if anywhere { Zone::Any } else { zone };
@@ -104,7 +106,11 @@ impl SupportSurface<'_> {
             Zone::Side => ((0.4, 0.98), (-0.8, 0.9)),
             Zone::Any => ((-0.98, 0.98), (-0.98, 0.98)),
         };
-        self.at_shares(DVec2::new(rng.random_range(x.0..x.1), rng.random_range(y.0..y.1)))
+        let used_share = match self {
+            SupportSurface::Table { used_share, .. } => *used_share,
+            SupportSurface::Top { .. } => 1.0,
+        };
+        self.at_shares(used_share * DVec2::new(rng.random_range(x.0..x.1), rng.random_range(y.0..y.1)))
     }
 
     /// A random position in a named region; `None` for relations without a region.

@@ -6,10 +6,10 @@ use rand::RngExt;
 
 use super::DescribeError;
 use super::account::Claimed;
-use super::draft::{Draft, DraftRelation, Kind};
+use super::draft::{Draft, Kind};
 use super::grammar::{LinkKind, Mention, ParsedText};
 use super::lexicon::Meaning;
-use super::phrase::Attributes;
+use super::place_settings;
 use super::property::{Property, number};
 use super::themes::VagueSet;
 use super::tokens::Source;
@@ -52,7 +52,7 @@ pub(super) fn instantiate(draft: &mut Draft, parsed: &ParsedText, limit: usize) 
                 let vague = &draft.lexicon.themes.vague[index];
                 if vague.place_setting {
                     for _ in 0..counts[m] {
-                        made.extend(place_setting(draft, true).first());
+                        made.extend(place_settings::new_setting(draft));
                     }
                 } else {
                     for category in members(draft, vague, counts[m], m, parsed) {
@@ -239,28 +239,6 @@ pub(super) fn is_excluded(draft: &Draft, parsed: &ParsedText, category: usize) -
         }
         Meaning::Table(_) | Meaning::StandIn(_) => false,
     })
-}
-
-/// A plate with a fork at its left, a knife at its right and a glass behind it, as the person at the plate sees them;
-/// the plate first.
-pub(super) fn place_setting(draft: &mut Draft, requested: bool) -> Vec<usize> {
-    let mut made = Vec::new();
-    let parts = [
-        ("plate", None),
-        ("fork", Some(RelationKind::LeftOf)),
-        ("knife", Some(RelationKind::RightOf)),
-        ("drinking_glass", Some(RelationKind::Behind)),
-    ];
-    for (name, kind) in parts {
-        let Some(category) = draft.lexicon.index_of(name) else { continue };
-        let category = &draft.lexicon.categories[category];
-        let object = draft.add(Kind::of(category), category.label.clone(), Attributes::plain(), requested);
-        if let (Some(kind), Some(&plate)) = (kind, made.first()) {
-            draft.relate_as(object, DraftRelation::of_setting(kind, plate));
-        }
-        made.push(object);
-    }
-    made
 }
 
 /// The user's words for one of the mention's objects.

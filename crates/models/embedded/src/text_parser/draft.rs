@@ -182,6 +182,24 @@ impl<'a, 'c> Draft<'a, 'c> {
         true
     }
 
+    /// Removes an object and all relations to it.
+    pub fn remove(&mut self, object: usize) {
+        self.objects.remove(object);
+        let moved = |index: usize| if index > object { index - 1 } else { index };
+        for other in &mut self.objects {
+            other.relations.retain(|relation| relation.to != Some(object) && relation.second != Some(object));
+            for relation in &mut other.relations {
+                relation.to = relation.to.map(moved);
+                relation.second = relation.second.map(moved);
+            }
+            other.shape_of = other.shape_of.filter(|index| *index != object).map(moved);
+        }
+        for objects in &mut self.of_mention {
+            objects.retain(|index| *index != object);
+            objects.iter_mut().for_each(|index| *index = moved(*index));
+        }
+    }
+
     pub fn relate(&mut self, from: usize, kind: RelationKind, to: Option<usize>) {
         self.relate_as(from, DraftRelation::new(kind, to));
     }

@@ -169,6 +169,8 @@ pub(super) struct ParsedText {
     pub unknown: Vec<String>,
     /// "for four people".
     pub people: Option<u32>,
+    /// "set for four".
+    pub is_set_for_people: bool,
     /// Whether the text says that nothing else is on the table.
     pub nothing_else: bool,
     pub account: Account,

@@ -69,6 +69,19 @@ const SENTENCES: &[(&str, &str, &[&str])] = &[
     ("a desk with two mugs and a plate", "2 mug, 1 plate", &[]),
     ("twelve pencils, half a dozen donuts and a pair of scissors", "12 pencil, 6 donut, 1 scissors", &[]),
     ("two dozen buttons, twenty-five dice", "24 button, 25 dice", &[]),
+    (
+        "A dining table set for two with wine glasses and a vase",
+        "2 wine_glass, 1 vase, 2 plate, 2 fork, 2 knife",
+        &["fork_2 left_of plate_2", "knife_1 right_of plate_1", "wine_glass_2 behind plate_2"],
+    ),
+    (
+        "A kitchen table laid for three with a teapot and mugs",
+        "1 teapot, 3 mug, 3 plate, 3 fork, 3 knife",
+        &["mug_3 behind plate_3"],
+    ),
+    ("a table set for two with blue plates and two candles", "2 plate, 2 candle", &[]),
+    ("a table for two with a teapot", "1 teapot", &[]),
+    ("a plate of pancakes and a mug", "1 plate, 1 pancake, 1 mug", &["pancake_1 on plate_1"]),
     ("laptop mouse keyboard", "1 laptop, 1 mouse, 1 keyboard", &[]),
     (
         "a stack of three books with a mug on top",

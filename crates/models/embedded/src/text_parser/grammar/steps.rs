@@ -222,6 +222,8 @@ impl Parser<'_, '_> {
             return false;
         }
         self.parsed.people = Some(low);
+        let before = self.at.checked_sub(1).and_then(|before| self.word_at(before));
+        self.parsed.is_set_for_people |= matches!(before, Some("set" | "laid"));
         let end = self.at + 1 + length + usize::from(people);
         self.claim_property(self.at..end, Property::People, Vec::new());
         self.at = end;

@@ -1,0 +1,127 @@
+"""How scenes look to readers: pictures of two programs in a random order, graded without knowledge of the program.
+
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.look --before OLD_PROGRAM --part pictures [--pictures FOLDER]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.look --part page [--pictures FOLDER]
+
+The first call makes the scene of each line of `tests/words/look_texts.txt` with both programs, and writes their hero
+images as `pictures/001.png` and so on, `pictures/texts.tsv` with the text of each, `rubric.md` for the readers, and
+`key.json`, which they do not see. Each reader writes `grades_NAME.tsv`: picture, fidelity, recognizability, layout, light,
+separated by tabs. The second call writes the page from all grades.
+"""
+
+import csv
+import json
+import random
+import shutil
+import subprocess
+from pathlib import Path
+from statistics import mean
+
+from tabletopgen_checks.bars.page import SCENES_OF_TEXTS, arguments, table, write
+from tabletopgen_checks.bars.run import run
+from tabletopgen_checks.problem import Problem
+from tabletopgen_checks.repository import ROOT
+
+DEPENDS_ON = (*SCENES_OF_TEXTS, "tests/words/look_texts.txt")
+TEXTS = ROOT / "tests" / "words" / "look_texts.txt"
+ASPECTS = ("fidelity", "recognizability", "layout", "light")
+SEED = 1
+BAR_MEAN, BAR_LOWEST = 5.0, 4.0
+RUBRIC = """# Rubric
+
+Grade each picture by itself, 1 to 7, from the picture and the text it was made of.
+
+| aspect | 1 | 4 | 7 |
+| --- | --- | --- | --- |
+| fidelity | primitive shapes in flat colors | clearly rendered, materials plausible | as a photograph of a product |
+| recognizability | none of the objects can be named | most can be named at a glance | all can, with details of their kind |
+| layout | objects anywhere, or not what the text asks | as asked, arranged like goods on a shelf | as people leave things that they use |
+| light | flat, floating objects, no contact | shadows ground the objects | as in a real room |
+"""
+
+
+def main() -> bool:
+    given = arguments(__doc__, before="", part="pictures", pictures="")
+    folder = Path(given.pictures).resolve() if given.pictures else given.work / "look"
+    if given.part == "pictures":
+        return make_pictures(folder, Path(given.before).resolve(), given.binary)
+    body, holds = page(folder)
+    write("look", "How scenes look", body, DEPENDS_ON)
+    return holds
+
+
+def make_pictures(folder: Path, before: Path, now: Path) -> bool:
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "pictures").mkdir(parents=True)
+    texts = TEXTS.read_text(encoding="utf-8").splitlines()
+    shown = [(program, text) for text in texts for program in ("before", "now")]
+    random.Random(SEED).shuffle(shown)
+    key, lines = {}, ["picture\ttext"]
+    for number, (program, text) in enumerate(shown, 1):
+        out = folder / "scene"
+        binary = before if program == "before" else now
+        ran = subprocess.run(
+            [str(binary), "generate", "--text", text, "--seed", str(SEED), "--out", str(out), "--force", "--quiet"],
+            capture_output=True, text=True,
+        )
+        if not (out / "preview" / "hero.png").exists():
+            raise Problem(f"{program}: no picture of {text!r}: {ran.stderr.strip()[-500:]}")
+        (out / "preview" / "hero.png").rename(folder / "pictures" / f"{number:03}.png")
+        shutil.rmtree(out)
+        key[f"{number:03}"] = {"program": program, "text": text, "certified": ran.returncode == 0}
+        lines.append(f"{number:03}\t{text}")
+        print(f"{number} of {len(shown)}", flush=True)
+    (folder / "pictures" / "texts.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (folder / "rubric.md").write_text(RUBRIC, encoding="utf-8")
+    (folder / "key.json").write_text(json.dumps(key, indent=1), encoding="utf-8")
+    return True
+
+
+def page(folder: Path) -> tuple:
+    key = json.loads((folder / "key.json").read_text(encoding="utf-8"))
+    readers = {path.stem.removeprefix("grades_"): grades(path) for path in sorted(folder.glob("grades_*.tsv"))}
+    if len(readers) < 2:
+        raise Problem(f"{folder} has the grades of {len(readers)} readers: two at the least read the pictures")
+    for name, given in readers.items():
+        if set(given) != set(key):
+            raise Problem(f"reader {name} graded {len(given)} of {len(key)} pictures")
+    rows = []
+    for program in ("before", "now"):
+        of = [picture for picture, one in key.items() if one["program"] == program]
+        for name, given in readers.items():
+            means = [mean(given[picture][k] for picture in of) for k in range(len(ASPECTS))]
+            rows.append([program, name, *(f"{one:.2f}" for one in means)])
+    both = {picture: [mean(given[picture][k] for given in readers.values()) for k in range(4)] for picture in key}
+    now = [picture for picture, one in key.items() if one["program"] == "now"]
+    fidelity, layout = (mean(both[picture][k] for picture in now) for k in (0, 2))
+    lowest = min(min(both[picture][0], both[picture][2]) for picture in now)
+    holds = min(fidelity, layout) >= BAR_MEAN and lowest >= BAR_LOWEST
+    each = [
+        [text, *(cell(both, key, text, program) for program in ("before", "now"))]
+        for text in dict.fromkeys(one["text"] for one in key.values())
+    ]
+    body = (
+        f"{len(now)} texts, both programs, {len(readers)} readers who saw the pictures in a random order without their "
+        f"program. Fidelity {fidelity:.2f} and layout {layout:.2f} now ({BAR_MEAN} promised), the lowest mean of a scene "
+        f"{lowest:.1f} ({BAR_LOWEST} promised): {'holds' if holds else 'does not hold'}.\n\n"
+        + table(["program", "reader", *ASPECTS], rows)
+        + f"\n\n{RUBRIC.replace('# Rubric', '## Rubric')}\n## Each scene\n\nMeans of the readers: {', '.join(ASPECTS)}.\n\n"
+        + table(["text", "before", "now"], each)
+    )
+    return body, holds
+
+
+def cell(both: dict, key: dict, text: str, program: str) -> str:
+    picture = next(picture for picture, one in key.items() if one["text"] == text and one["program"] == program)
+    return ", ".join(f"{one:.1f}" for one in both[picture])
+
+
+def grades(path: Path) -> dict:
+    with path.open(encoding="utf-8", newline="") as file:
+        return {
+            row["picture"]: [float(row[aspect]) for aspect in ASPECTS] for row in csv.DictReader(file, delimiter="\t")
+        }
+
+
+if __name__ == "__main__":
+    run(main)
