@@ -157,7 +157,7 @@ pub(crate) fn check_values(category: &Category) -> Result<(), CategoryFault> {
 fn check_shape(given: &Category) -> Result<(), CategoryFault> {
     // By its name the shape finds those that it is like.
     let shape = category(&given.name).and_then(|known| known.shape.as_ref()).ok_or(CategoryFault::NoShape)?;
-    shape.check().map_err(CategoryFault::Shape)
+    shape.get().check().map_err(CategoryFault::Shape)
 }
 
 #[cfg(test)]

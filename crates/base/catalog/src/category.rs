@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Generator;
 use super::added::{added, read_categories};
-use super::kit::{Shape, from_shape};
+use super::kit::{StoredShape, from_shape};
 use geometry::Rgb;
 use runtime::seed::Rng;
 
@@ -66,7 +66,7 @@ pub struct Category {
     pub zone: Zone,
     /// Shape of the category, unless a generator of its name builds it.
     #[serde(default)]
-    pub shape: Option<Shape>,
+    pub shape: Option<StoredShape>,
 }
 
 /// State of an object other than standing upright.
@@ -217,10 +217,35 @@ pub(super) fn built_in() -> Vec<Category> {
         include_str!("../../../../config/catalog/kitchen_equipment.toml"),
         include_str!("../../../../config/catalog/toys.toml"),
         include_str!("../../../../config/catalog/stationery_tools.toml"),
+        include_str!("../../../../config/catalog/laboratory_medical.toml"),
+        include_str!("../../../../config/catalog/electronics.toml"),
+        include_str!("../../../../config/catalog/hardware.toml"),
+        include_str!("../../../../config/catalog/groceries.toml"),
+        include_str!("../../../../config/catalog/tableware.toml"),
+        include_str!("../../../../config/catalog/desk_and_crafts.toml"),
+        include_str!("../../../../config/catalog/games_and_sports.toml"),
+        include_str!("../../../../config/catalog/personal_care.toml"),
+        include_str!("../../../../config/catalog/more_objects.toml"),
     ];
-    let categories =
-        |text: &&str| read_categories(text).expect("the built-in catalog can be read (a test reads it)");
-    sources.iter().flat_map(categories).collect()
+    sources.into_iter().flat_map(with_unread_shapes).collect()
+}
+
+/// The categories of a file that is compiled in. In each of them `[category.shape]` is the last table.
+fn with_unread_shapes(text: &'static str) -> Vec<Category> {
+    const BEGIN: &str = "[[category]]\n";
+    let blocks = text.split_inclusive(BEGIN).skip(1).map(|block| block.strip_suffix(BEGIN).unwrap_or(block));
+    let (heads, shapes): (Vec<&str>, Vec<Option<&str>>) = blocks
+        .map(|block| match block.split_once("\n[category.shape]\n") {
+            Some((head, shape)) => (head, Some(shape)),
+            None => (block, None),
+        })
+        .unzip();
+    let heads: String = heads.iter().map(|head| format!("{BEGIN}{head}\n")).collect();
+    let mut categories = read_categories(&heads).expect("the built-in catalog can be read (a test reads it)");
+    for (category, shape) in categories.iter_mut().zip(shapes) {
+        category.shape = shape.map(StoredShape::unread);
+    }
+    categories
 }
 
 static CATEGORIES: OnceLock<Vec<Category>> = OnceLock::new();

@@ -44,6 +44,10 @@ fn from_oklab([lightness, a, b]: [f64; 3]) -> Rgb {
 
 /// Least share of the surface, or of the material that takes the color, that shows a color which was asked for.
 const SHOWN: f64 = 0.5;
+/// A material that covers less than this share of the surface is a detail.
+const DETAIL_SHARE: f64 = 0.12;
+/// Smallest share of the surface that takes a color.
+const MIN_COLORED_SHARE: f64 = 0.05;
 /// Share of the variation within a texture that stays when it is colored.
 const KEPT_LIGHTNESS: f64 = 0.6;
 const KEPT_CHROMA: f64 = 0.3;
@@ -54,8 +58,8 @@ const IMAGES: [&str; 6] = ["picture", "photo", "screen", "map", "dial", "keys"];
 
 /// The mesh with the asked color where its design shows too little of it: metals, woods and skins of fruit have colors
 /// of their own. `usual` is the same object without an asked color. Metal is coated, unless metal is asked for. The
-/// material that takes the color is the largest of those that depend on it, else the largest of all; where most of it
-/// shows the color by design, nothing changes.
+/// material that takes the color is the largest of those that depend on it, if that is more than a detail, else the
+/// largest of all; where most of it shows the color by design, nothing changes.
 pub(crate) fn with_color(
     mesh: TexturedMesh,
     asked: Rgb,
@@ -67,7 +71,8 @@ pub(crate) fn with_color(
     }
     let Some(usual) = usual() else { return mesh };
     let depends = |index: usize| usual.materials.get(index) != Some(&mesh.materials[index]);
-    let Some(index) = largest(&mesh, depends).or_else(|| largest(&mesh, |_| true)) else { return mesh };
+    let by_design = largest(&mesh, DETAIL_SHARE, depends);
+    let Some(index) = by_design.or_else(|| largest(&mesh, MIN_COLORED_SHARE, |_| true)) else { return mesh };
     if share_within(&mesh, asked, |material| material == index) >= SHOWN {
         return mesh;
     }
@@ -80,9 +85,9 @@ pub(crate) fn with_color(
     mesh
 }
 
-/// Index of the opaque material with the largest area among those that are meant; none that covers less than a
-/// twentieth.
-fn largest(mesh: &TexturedMesh, is_meant: impl Fn(usize) -> bool) -> Option<usize> {
+/// Index of the opaque material with the largest area among those that are meant; none that covers less than this
+/// share of the surface.
+fn largest(mesh: &TexturedMesh, min_share: f64, is_meant: impl Fn(usize) -> bool) -> Option<usize> {
     let mut areas_m2 = vec![0.0; mesh.materials.len()];
     for group in &mesh.groups {
         for triangle in &group.triangles {
@@ -96,7 +101,7 @@ fn largest(mesh: &TexturedMesh, is_meant: impl Fn(usize) -> bool) -> Option<usiz
         is_meant(*index)
             && material.opacity >= 0.5
             && !IMAGES.contains(&material.name.as_str())
-            && areas_m2[*index] >= 0.05 * whole_m2
+            && areas_m2[*index] >= min_share * whole_m2
     };
     (0..areas_m2.len()).filter(can_be).max_by(|a, b| areas_m2[*a].total_cmp(&areas_m2[*b]))
 }
@@ -211,8 +216,8 @@ mod tests {
             .par_iter()
             .enumerate()
             .flat_map_iter(|(index, category)| {
-                // Half of the colors for each, in turn: all would take a minute.
-                let asked = ASKED.into_iter().skip(index % 2).step_by(2);
+                // Two of the colors for each, in turn: all would take minutes.
+                let asked = ASKED.into_iter().skip(index % 6).step_by(6);
                 asked.map(move |(word, hex)| (category, word, share(category, Rgb::hex(hex), index as u64)))
             })
             .collect();

@@ -14,6 +14,7 @@ mod forms;
 mod surface;
 mod table_error;
 mod part;
+mod stored_shape;
 mod placement;
 
 use std::collections::BTreeMap;
@@ -25,6 +26,7 @@ use crate::{Order, category};
 use form::rested;
 use geometry::{Material, TexturedMesh};
 use part::Part;
+pub use stored_shape::StoredShape;
 use surface::{Finish, Surface};
 
 /// Ratio of the scales of width and depth up to which a round shape stays round.
@@ -71,7 +73,7 @@ impl Shape {
     /// The shape with the parts.
     fn origin(&self) -> Result<&Shape, ShapeError> {
         let Some(name) = &self.like else { return Ok(self) };
-        let origin = category(name).and_then(|category| category.shape.as_ref());
+        let origin = category(name).and_then(|category| category.shape.as_ref()).map(StoredShape::get);
         origin.filter(|shape| shape.like.is_none()).ok_or_else(|| ShapeError::NotLike(name.clone()))
     }
 
@@ -126,7 +128,7 @@ impl Shape {
 pub(crate) fn from_shape(order: &mut Order) -> TexturedMesh {
     let category = order.category;
     let Some(shape) = &category.shape else { return TexturedMesh::default() };
-    let mesh = shape.assembled(order);
+    let mesh = shape.get().assembled(order);
     let mut scale = order.size_m / mesh.size_m().max(DVec3::splat(1e-9));
     let round = !matches!(category.symmetry_order, 1 | 2);
     if round && (1.0 / ROUND_RATIO..ROUND_RATIO).contains(&(scale.x / scale.y)) {

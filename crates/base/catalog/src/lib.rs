@@ -36,7 +36,7 @@ pub mod tables;
 
 pub use added::{CategoryError, CategoryFault, add_categories, added_digest, read_categories};
 pub use category::{Affordance, Category, Facing, SizeRange, State, Zone, categories, category};
-pub use kit::{Shape, ShapeError};
+pub use kit::{ShapeError, StoredShape};
 pub use physical::{PhysicalProperties, made_of, physical_properties};
 pub use recipe::{Generator, Order, Recipe, build, build_cached};
 pub use substance::{Substance, substance};

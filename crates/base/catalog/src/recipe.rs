@@ -159,8 +159,12 @@ mod tests {
 
     #[test]
     fn build_gives_sound_meshes_for_every_category() {
-        let recipes: Vec<Recipe> =
-            categories().iter().flat_map(|category| (0..3).map(move |seed| recipe(category, seed))).collect();
+        // Functions vary with the seed, shapes hardly.
+        let seeds = |category: &Category| if category.shape.is_some() { 1 } else { 3 };
+        let recipes: Vec<Recipe> = categories()
+            .iter()
+            .flat_map(|category| (0..seeds(category)).map(move |seed| recipe(category, seed)))
+            .collect();
         assert_none(&objections(&recipes, &CHECKS));
     }
 

@@ -4,7 +4,7 @@ use super::*;
 use crate::{Category, Recipe, build, categories};
 
 fn with_shape() -> impl Iterator<Item = (&'static Category, &'static Shape)> {
-    categories().iter().filter_map(|category| category.shape.as_ref().map(|shape| (category, shape)))
+    categories().iter().filter_map(|category| category.shape.as_ref().map(|shape| (category, shape.get())))
 }
 
 #[test]
@@ -17,8 +17,8 @@ fn every_shape_has_parts_and_surfaces() {
     assert!(objections.is_empty(), "{}", objections.join("\n"));
 }
 
-/// The parts are in meters: before scaling, the shape has the category's typical size within a quarter. A shape like
-/// that of another category may have another size.
+/// The parts are in meters: before scaling, the shape has about the category's typical size, and its proportions within a
+/// quarter. A shape like that of another category may have another size.
 #[test]
 fn parts_are_modeled_at_the_typical_size() {
     let mut objections = Vec::new();
@@ -32,7 +32,8 @@ fn parts_are_modeled_at_the_typical_size() {
             rng: runtime::seed::child_rng(1, "size"),
         };
         let ratio = shape.assembled(&mut order).size_m() / recipe.size_m;
-        if (ratio - 1.0).abs().max_element() > 0.25 {
+        let scale = ratio.element_product().cbrt();
+        if (ratio / scale - 1.0).abs().max_element() > 0.25 || !(0.6..1.7).contains(&scale) {
             objections.push(format!("{}: built {ratio:.2} times its typical size", category.name));
         }
     }

@@ -19,10 +19,7 @@ pub(super) enum SupportSurface<'a> {
         used_share: f64,
     },
     /// The top of an object, in its frame.
-    Top {
-        footprint: &'a Footprint,
-        height_map: &'a HeightMap,
-    },
+    Top { footprint: &'a Footprint, height_map: &'a HeightMap },
 }
 
 impl SupportSurface<'_> {

@@ -178,22 +178,8 @@ fn kinds_of_contents(parsed: &ParsedText, m: usize) -> usize {
 }
 
 fn is_tableware(draft: &Draft, mention: &Mention) -> bool {
-    const TABLEWARE: &[&str] = &[
-        "plate",
-        "bowl",
-        "fork",
-        "knife",
-        "spoon",
-        "chopsticks",
-        "mug",
-        "teacup",
-        "saucer",
-        "drinking_glass",
-        "wine_glass",
-        "coaster",
-    ];
     matches!(mention.meanings.first(), Some(Meaning::Category(index))
-        if TABLEWARE.contains(&draft.lexicon.categories[*index].name.as_str()))
+        if place_settings::is_of_each_person(&draft.lexicon.categories[*index]))
 }
 
 /// Categories of a vague set, sampled without repetition until the set is exhausted.

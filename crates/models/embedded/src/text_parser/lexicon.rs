@@ -267,7 +267,9 @@ impl<'c> Lexicon<'c> {
                 phrase.push(' ');
             }
             phrase.push_str(word);
-            if let Some(entry) = self.phrases.get(&phrase) {
+            // "A coin-sized button" is no coin.
+            let is_measure = tokens.get(at + k + 1).and_then(Token::word) == Some("sized");
+            if let Some(entry) = self.phrases.get(&phrase).filter(|_| !is_measure) {
                 best = Some((entry, k + 1));
             }
         }

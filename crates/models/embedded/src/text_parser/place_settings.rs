@@ -4,6 +4,7 @@ use super::counts::is_excluded;
 use super::draft::{Draft, DraftRelation, Kind};
 use super::grammar::ParsedText;
 use super::phrase::Attributes;
+use catalog::Category;
 use scene::RelationKind;
 
 /// Parts of a setting beside its plate, and their side as the person at the plate sees it.
@@ -30,19 +31,21 @@ pub(super) fn complete_settings(draft: &mut Draft, parsed: &ParsedText, limit: u
         return;
     };
     let people = people as usize;
-    let has_group = |draft: &Draft, groups: &[&str]| {
-        (0..draft.objects.len()).any(|object| groups.contains(&draft.category(object).group.as_str()))
+    let has = |draft: &Draft, of: fn(&Category) -> bool| {
+        (0..draft.objects.len()).any(|object| of(draft.category(object)))
     };
-    if has_group(draft, &["dish"]) {
+    if has(draft, is_plate) {
         return;
     }
-    let glasses: Vec<usize> =
-        (0..draft.objects.len()).filter(|&object| is_drunk_from(draft, object)).collect();
+    let is_free_glass = |object: &usize| {
+        is_drunk_from(draft.category(*object)) && draft.objects[*object].relations.is_empty()
+    };
+    let glasses: Vec<usize> = (0..draft.objects.len()).filter(is_free_glass).collect();
     let missing: Vec<(&str, RelationKind)> = PARTS
         .into_iter()
         .filter(|(part, side)| match side {
             RelationKind::Behind => glasses.is_empty(),
-            _ => !has_group(draft, &["cutlery"]) && !excludes(draft, parsed, part),
+            _ => !has(draft, is_cutlery) && !excludes(draft, parsed, part),
         })
         .collect();
     if excludes(draft, parsed, "plate") || draft.objects.len() + people * (1 + missing.len()) > limit {
@@ -59,11 +62,31 @@ pub(super) fn complete_settings(draft: &mut Draft, parsed: &ParsedText, limit: u
     }
 }
 
-/// Whether somebody at the table drinks from the object, and the text does not say where it is.
-fn is_drunk_from(draft: &Draft, object: usize) -> bool {
-    let name = draft.category(object).name.as_str();
-    let is_glass = ["_glass", "mug", "cup", "goblet", "flute"].iter().any(|end| name.ends_with(end));
-    is_glass && draft.objects[object].relations.is_empty()
+/// Whether each person at a table has one of the category.
+pub(super) fn is_of_each_person(category: &Category) -> bool {
+    let is_other = ["saucer", "bowl", "coaster"].contains(&category.name.as_str());
+    is_plate(category) || is_cutlery(category) || is_drunk_from(category) || is_other
+}
+
+fn is_plate(category: &Category) -> bool {
+    category.name.ends_with("plate")
+}
+
+/// Cutlery of a person, not for serving.
+fn is_cutlery(category: &Category) -> bool {
+    const NAMES: [&str; 4] = ["fork", "knife", "spoon", "chopsticks"];
+    category.group == "cutlery"
+        && NAMES.iter().any(|name| category.name.ends_with(name))
+        && !category.name.contains("serving")
+}
+
+/// Whether people drink from it.
+fn is_drunk_from(category: &Category) -> bool {
+    const ENDINGS: [&str; 6] = ["_glass", "mug", "cup", "goblet", "flute", "snifter"];
+    const OTHERS: [&str; 3] = ["egg_cup", "measuring_cup", "yogurt_cup"];
+    category.group == "vessel"
+        && ENDINGS.iter().any(|ending| category.name.ends_with(ending))
+        && !OTHERS.contains(&category.name.as_str())
 }
 
 fn excludes(draft: &Draft, parsed: &ParsedText, part: &str) -> bool {

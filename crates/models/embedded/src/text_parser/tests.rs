@@ -81,7 +81,7 @@ const SENTENCES: &[(&str, &str, &[&str])] = &[
     ),
     ("a table set for two with blue plates and two candles", "2 plate, 2 candle", &[]),
     ("a table for two with a teapot", "1 teapot", &[]),
-    ("a plate of pancakes and a mug", "1 plate, 1 pancake, 1 mug", &["pancake_1 on plate_1"]),
+    ("a plate of pancakes and a mug", "1 plate, 2 pancake, 1 mug", &["pancake_2 on plate_1"]),
     ("laptop mouse keyboard", "1 laptop, 1 mouse, 1 keyboard", &[]),
     (
         "a stack of three books with a mug on top",

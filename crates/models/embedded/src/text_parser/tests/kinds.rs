@@ -7,7 +7,7 @@ use scene::text_account::TextMeaning;
 const TABLE: &[(&str, &str, &[&str])] = &[
     // What is permitted need not be there; "anything else" closes the list.
     ("Forks are banned, spoons are fine: two plates", "2 plate", &[]),
-    ("Knives are okay, so add one butter knife and a bagel.", "1 knife, 1 bagel", &[]),
+    ("Knives are okay, so add one butter knife and a bagel.", "1 butter_spreading_knife, 1 bagel", &[]),
     ("A hammer and pliers, minus the usual clutter.", "1 hammer, 1 pliers", &[]),
     ("Don't bother with plates. One fork.", "1 fork", &[]),
     ("Swap out the fork: use chopsticks instead.", "1 chopsticks", &[]),

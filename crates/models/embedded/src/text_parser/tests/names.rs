@@ -13,9 +13,9 @@ const NAMES: &[(&str, &str)] = &[
     // With a noun or an unknown word before it, the head is another object, unless it is a kind of the head.
     ("a blender jug", "blender*"),
     ("a dumbbell rack", "dish_rack*"),
-    ("a knife block", "block*"),
-    ("a dessert plate", "plate"),
-    ("a wooden spoon", "spoon"),
+    ("a knife block", "knife_block"),
+    ("a dessert plate", "pastry_plate"),
+    ("a wooden spoon", "wooden_cooking_spoon"),
     ("a red mug", "mug"),
     ("a vintage mug", "mug"),
     // An unknown head.
@@ -28,10 +28,10 @@ const NAMES: &[(&str, &str)] = &[
     ("a switch", "light_switch"),
     ("a tuna slice", "stand_in_plate*"),
     // Nouns whose last word is of the grammar, or that are properties elsewhere.
-    ("a set square", "stand_in_rod*"),
+    ("a set square", "set_square"),
     ("a spring roll", "stand_in_produce*"),
     ("a starfish", "stand_in_figure*"),
-    ("an iron", "stand_in_rod*"),
+    ("an iron", "clothes_iron"),
     ("a watch", "stand_in_box*"),
     // A vessel of what comes in a package.
     ("a cup of ranch", "mug*"),
