@@ -9,7 +9,10 @@ use geometry::{Camera, Pose, TexturedMesh};
 use gpu::{Gpu, GpuError};
 use imaging::Image;
 use render::gpu::GpuSceneCache;
-use render::{Background, GeometryFrame, Lighting, RenderObject, RenderSettings, SceneCache, TopView, View};
+use render::{
+    Background, GeometryFrame, Lighting, RenderObject, RenderSettings, Room, SceneCache, Tabletop, TopView,
+    View,
+};
 use scene::Light;
 
 /// Section `[preview]`.
@@ -47,6 +50,8 @@ pub struct Studio<'a> {
     on_gpu: Option<GpuSceneCache<'a>>,
     /// Light of the scene, if it is not the studio's.
     lit_by: Option<Light>,
+    /// Where hero and sides are seen, if it is not the studio.
+    room: Option<Room>,
     low_m: DVec3,
     high_m: DVec3,
 }
@@ -60,12 +65,24 @@ impl<'a> Studio<'a> {
             .collect();
         let (low_m, high_m) = bounds(bodies);
         let scene_cache = Arc::new(SceneCache::new(objects, quality));
-        Self { bodies, scene_cache, on_gpu: None, lit_by: None, low_m, high_m }
+        Self { bodies, scene_cache, on_gpu: None, lit_by: None, room: None, low_m, high_m }
     }
 
     /// Returns the studio in another light, which stays where it is when the viewer moves.
     pub fn lit_by(mut self, light: Option<Light>) -> Self {
         self.lit_by = light;
+        self
+    }
+
+    /// Returns the studio with a room of that seed around the first body, a table, for the images of people. Images
+    /// that are compared with others stay in the studio.
+    pub fn in_room(mut self, seed: u64) -> Self {
+        let table = self.bodies.first().map(|table| RenderObject {
+            mesh: table.mesh,
+            world_from_object: table.world_from_object,
+            id: 1,
+        });
+        self.room = table.map(|table| Room::around(self.low_m, self.high_m, Tabletop::of(&table), seed));
         self
     }
 
@@ -77,19 +94,36 @@ impl<'a> Studio<'a> {
 
     /// The key light stands to the left of a viewer at that azimuth.
     fn render(&self, azimuth_rad: f64, view: &View) -> Result<Image, GpuError> {
-        let (lighting, background) = self.light(azimuth_rad);
+        let (lighting, background) = match &self.room {
+            Some(room) => self.daylight(azimuth_rad, room),
+            None => self.light(azimuth_rad),
+        };
+        self.render_in(lighting, background, view)
+    }
+
+    fn render_in(&self, lighting: Lighting, background: Background, view: &View) -> Result<Image, GpuError> {
         let rendered = self.on_gpu.as_ref().map(|on_gpu| on_gpu.color(lighting, background, view));
         let rendered = rendered.map_or(Ok(None), unless_unfit)?;
         Ok(rendered.unwrap_or_else(|| self.scene_cache.color(lighting, background, view)))
     }
 
     fn light(&self, azimuth_rad: f64) -> (Lighting, Background) {
-        let mut lighting = Lighting::studio(azimuth_rad - 0.7, 0.95, 0.6);
+        let lighting = self.turned(Lighting::studio(azimuth_rad - 0.7, 0.95, 0.6));
+        (lighting, Background::light_with_floor(self.low_m.z))
+    }
+
+    fn daylight(&self, azimuth_rad: f64, room: &Room) -> (Lighting, Background) {
+        let lighting = self.turned(Lighting::daylight(azimuth_rad - 0.7, 0.95)).exposed_for(room);
+        (lighting, Background::in_room(*room))
+    }
+
+    /// The light with the direction and intensity that the scene's light has, if it has one.
+    fn turned(&self, mut lighting: Lighting) -> Lighting {
         if let Some(light) = &self.lit_by {
             lighting.toward_key = light.toward_light();
             lighting.key_color *= light.intensity as f32;
         }
-        (lighting, Background::light_with_floor(self.low_m.z))
+        lighting
     }
 
     /// The objects on the table, three quarters from the front; the table where there is nothing else.
@@ -129,7 +163,7 @@ impl<'a> Studio<'a> {
         self.render(azimuth_rad, &View::Perspective(camera))
     }
 
-    /// Straight from above, orthographic.
+    /// Straight from above, orthographic, in the studio.
     pub fn top(&self, settings: &PreviewSettings) -> Result<Image, GpuError> {
         let size = 1.06 * (self.high_m - self.low_m).truncate();
         let width_px = settings.side_width_px;
@@ -141,7 +175,8 @@ impl<'a> Studio<'a> {
             center_m: 0.5 * (self.low_m + self.high_m).truncate(),
             eye_z_m: self.high_m.z + 0.1,
         };
-        self.render(0.0, &View::Orthographic(view))
+        let (lighting, background) = self.light(0.0);
+        self.render_in(lighting, background, &View::Orthographic(view))
     }
 
     /// Depths and ids at each pixel of the reference image's camera, always by the CPU; ids count from 1 in the order
@@ -163,7 +198,8 @@ impl<'a> Studio<'a> {
             cy: share * camera.cy,
             ..*camera
         };
-        self.render(camera.azimuth_rad(), &View::Perspective(small))
+        let (lighting, background) = self.light(camera.azimuth_rad());
+        self.render_in(lighting, background, &View::Perspective(small))
     }
 
     /// The nearest camera on that ray that sees the points, which lie in a box, with a small margin.

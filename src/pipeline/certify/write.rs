@@ -70,7 +70,9 @@ pub(super) fn render(
             world_from_object: body.resolved.settled,
         })
         .collect();
-    let studio = Studio::new(&bodies, &inputs.render).lit_by(inputs.composition.light);
+    let studio = Studio::new(&bodies, &inputs.render)
+        .lit_by(inputs.composition.light)
+        .in_room(inputs.identity.request.seed);
     let studio = match gpu {
         Some(gpu) => studio.on(gpu)?,
         None => studio,

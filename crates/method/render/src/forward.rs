@@ -5,16 +5,21 @@
 //! [`bands`] runs these steps on rayon. [`object_colors`] shades few pixels of a mesh in several sets of colors.
 //! [`reference`] is the slow version that the tests compare with.
 
+pub mod backdrop;
 pub mod bands;
 pub mod environment;
+pub mod environment_map;
 pub mod floor_light;
+pub mod floor_pattern;
 pub mod light_map;
+pub mod noise;
 pub mod object_colors;
 mod one_sided;
 pub mod prepare;
 pub mod projection;
 pub mod raster;
 pub mod reference;
+pub mod room_light;
 pub mod scene_buffers;
 pub mod shade;
 pub mod shade_band;

@@ -34,21 +34,25 @@ mod frame;
 pub mod gpu;
 pub mod lighting;
 mod object_colors;
+pub mod room;
 mod scene_cache;
 pub mod sequence;
 mod settings;
 pub mod side_views;
 mod silhouette;
+mod tabletop;
 mod view;
 
 pub use forward::reference;
 pub use frame::{Frame, GeometryFrame};
 pub use lighting::{Background, Floor, Lighting};
 pub use object_colors::{ObjectColors, PixelColors};
+pub use room::Room;
 pub use scene_cache::SceneCache;
 pub use sequence::ImageSequence;
 pub use settings::RenderSettings;
 pub use silhouette::silhouette;
+pub use tabletop::Tabletop;
 pub use view::{TopView, View};
 
 use geometry::{Pose, TexturedMesh};

@@ -2,6 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::forward::room_light::RoomLight;
+use crate::room::Room;
+
 /// One soft key light, a sky and a ground, all at infinity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lighting {
@@ -37,9 +40,20 @@ impl Lighting {
             exposure: 1.0,
         }
     }
+
+    /// Sunlight through a window of a [`Room`], from where [`Self::studio`] has its soft box.
+    pub fn daylight(azimuth_rad: f64, elevation_rad: f64) -> Self {
+        let studio = Self::studio(azimuth_rad, elevation_rad, 0.6);
+        Self { key_color: Vec3::new(0.80, 0.765, 0.705), ..studio }
+    }
+
+    /// The same light with the exposure that the tabletop of a room needs.
+    pub fn exposed_for(self, room: &Room) -> Self {
+        Self { exposure: RoomLight::new(*room, &self).exposure(), ..self }
+    }
 }
 
-/// Background: a vertical gradient, and optionally a floor that blends into it.
+/// Background: a vertical gradient, and optionally a floor that blends into it; or a room.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Background {
     /// At the top and at the bottom edge of the image, linear light.
@@ -47,6 +61,9 @@ pub struct Background {
     pub bottom_color: Vec3,
     /// A floor that shows shadows.
     pub floor: Option<Floor>,
+    /// A room instead of gradient and floor. It lights the scene, too, in place of [`Lighting::sky_color`] and
+    /// [`Lighting::ground_color`].
+    pub room: Option<Room>,
 }
 
 /// A horizontal plane in the backdrop's color that only receives shadows: it has no depth, no normal and id 0.
@@ -63,11 +80,22 @@ impl Background {
             top_color: Vec3::new(0.80, 0.81, 0.83),
             bottom_color: Vec3::new(0.66, 0.66, 0.665),
             floor: None,
+            room: None,
         }
     }
 
     /// A plain light backdrop on whose floor the scene throws its shadow.
     pub fn light_with_floor(z_m: f64) -> Self {
         Self { floor: Some(Floor { z_m }), ..Self::light() }
+    }
+
+    /// A room around the scene.
+    pub fn in_room(room: Room) -> Self {
+        Self { room: Some(room), ..Self::light() }
+    }
+
+    /// World height of the floor, if there is one, meters.
+    pub(crate) fn floor_z_m(&self) -> Option<f64> {
+        self.room.map(|room| room.floor_z_m).or(self.floor.map(|floor| floor.z_m))
     }
 }

@@ -40,7 +40,7 @@ impl<'a> ObjectColors<'a> {
         is_wanted: &[bool],
     ) -> (PixelColors, Option<PixelColors>) {
         let Self { scene_buffers, own, plain } = self;
-        let environment = Environment::new(scene_buffers, &OPEN_SKY, lighting, 0);
+        let environment = Environment::new(scene_buffers, &OPEN_SKY, lighting, 0).in_room(background.room);
         let surroundings = Surroundings::new(scene_buffers, environment, background, own.clone());
         match plain {
             Some(plain) => {

@@ -45,7 +45,8 @@ impl<'a> ImageSequence<'a> {
         let scene_buffers = SceneBuffers::new(still.into_iter().chain(moving).collect());
         let (still, moving) = (0..first, first..count);
         let shadow_map_px = settings.shadow_map_px;
-        let environment = Environment::of_part(&scene_buffers, &still, &OPEN_SKY, lighting, shadow_map_px);
+        let environment = Environment::of_part(&scene_buffers, &still, &OPEN_SKY, lighting, shadow_map_px)
+            .in_room(background.room);
         let colors = Arc::new(SurfaceColors::new(&scene_buffers.objects));
         let surroundings = Surroundings::new(&scene_buffers, environment, background, colors);
         let mut sequence = Self { scene_buffers, still, moving, surroundings, settings: settings.clone() };

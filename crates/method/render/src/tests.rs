@@ -156,3 +156,76 @@ fn glass_transmits_background_color_and_keeps_its_id() {
     let [r, g, b, _] = frame.color.pixel(32, 32);
     assert!(r > g && r > b && r > 60, "the red table shows through: {r} {g} {b}");
 }
+
+/// A room about the meshes of [`scene_meshes`], whose table floats 0.7 m above the floor.
+fn room_around(objects: &[RenderObject]) -> Room {
+    let tabletop = Tabletop::of(&objects[0]);
+    Room::around(DVec3::new(-0.5, -0.35, -0.7), DVec3::new(0.5, 0.35, 0.15), tabletop, 3)
+}
+
+fn brightness(frame: &Frame, x: u32, y: u32) -> i32 {
+    frame.color.pixel(x, y)[..3].iter().map(|byte| i32::from(*byte)).sum()
+}
+
+#[test]
+fn room_changes_colors_only_and_its_bytes_do_not_depend_on_thread_count() {
+    let meshes = scene_meshes();
+    let objects = objects(&meshes);
+    let room = room_around(&objects);
+    let lighting = Lighting::daylight(-0.6, 0.9).exposed_for(&room);
+    let plain = Background::light_with_floor(-0.7);
+    let in_room = RenderScene { objects, lighting, background: Background::in_room(room) };
+    let outside = RenderScene { background: plain, ..in_room.clone() };
+    for view in views() {
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| render(&in_room, &view, &settings()))
+        };
+        let (one, three, plain) = (with(1), with(3), render(&outside, &view, &settings()));
+        assert_eq!(one, three);
+        assert_eq!((&one.ids, &one.depth_m, &one.normals), (&plain.ids, &plain.depth_m, &plain.normals));
+        assert_ne!(one.color, plain.color);
+    }
+}
+
+#[test]
+fn floor_of_room_is_darker_under_the_table() {
+    let meshes = scene_meshes();
+    let objects = objects(&meshes);
+    let room = room_around(&objects);
+    let lighting = Lighting::daylight(-0.6, 0.9).exposed_for(&room);
+    let scene = RenderScene { objects, lighting, background: Background::in_room(room) };
+    let camera = Camera::orbit(160, 120, 0.6, DVec3::new(0.0, 0.0, -0.35), 0.0, 0.25, 3.0);
+    let view = View::Perspective(camera);
+    let frame = render(&scene, &view, &settings());
+    let at = |x: f64, y: f64| {
+        let p = view.project(DVec3::new(x, y, -0.7)).expect("in front of the eye");
+        assert_eq!(frame.ids[p.y as usize * 160 + p.x as usize], 0, "the floor is hidden at {x} {y}");
+        brightness(&frame, p.x as u32, p.y as u32)
+    };
+    let (under, beside) = (at(0.3, 0.3), at(-0.9, -0.5));
+    assert!(4 * under < 3 * beside, "{under} under the table, {beside} beside it");
+}
+
+#[test]
+fn tabletop_of_room_is_darker_beside_an_object() {
+    let meshes = scene_meshes();
+    let objects = objects(&meshes);
+    let room = room_around(&objects);
+    let dark = Lighting { key_color: glam::Vec3::ZERO, ..Lighting::daylight(-0.6, 0.9) };
+    let scene = RenderScene {
+        objects,
+        lighting: dark.exposed_for(&room),
+        background: Background::in_room(room),
+    };
+    let top =
+        TopView { width_px: 200, height_px: 140, meters_per_px: 0.005, center_m: DVec2::ZERO, eye_z_m: 1.0 };
+    let frame = render(&scene, &View::Orthographic(top), &settings());
+    let at = |x: f64, y: f64| {
+        let p = top.pixel_from_world(DVec2::new(x, y));
+        brightness(&frame, p.x as u32, p.y as u32)
+    };
+    // The block's side is at about y = -0.06.
+    let (near, far) = (at(0.17, -0.075), at(-0.4, -0.28));
+    assert!(near + 20 < far, "{near} near the block, {far} far from it");
+}

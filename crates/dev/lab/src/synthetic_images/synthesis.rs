@@ -155,7 +155,7 @@ impl PlacedScene<'_> {
         };
         let scene_cache = SceneCache::new(self.table_and_objects(), &quality);
         let floor = backdrop.shadowed.then_some(Floor { z_m: -self.table.height_m });
-        let ground = Background { top_color: Vec3::splat(GROUND), bottom_color: Vec3::splat(GROUND), floor };
+        let ground = Background { top_color: Vec3::splat(GROUND), bottom_color: Vec3::splat(GROUND), floor, room: None };
         let share = 1.0 / illumination.lightings.len() as f32;
         let mut light = vec![Vec3::ZERO; (self.camera.width_px * self.camera.height_px) as usize];
         for lighting in &illumination.lightings {
@@ -228,7 +228,7 @@ impl PlacedScene<'_> {
         let coarse =
             RenderSettings { supersampling: 1, shadow_map_px: 0, sky_directions: 0, ..quality.clone() };
         let scene_cache = SceneCache::new(objects, &coarse);
-        let ground = Background { top_color: Vec3::ZERO, bottom_color: Vec3::ZERO, floor: None };
+        let ground = Background { top_color: Vec3::ZERO, bottom_color: Vec3::ZERO, floor: None, room: None };
         let frame = scene_cache.render(illumination.lightings[0], ground, &View::Perspective(below));
         let width = c.width_px as usize;
         for (k, light) in light.iter_mut().enumerate() {

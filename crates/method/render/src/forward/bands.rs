@@ -110,7 +110,8 @@ pub fn render<'a>(
     extra: ExtraOutputs,
 ) -> (Image, VisibleSurfaces) {
     let environment =
-        Environment::new(scene_buffers, light.sky, light.lighting, shadow_map_px(settings, view));
+        Environment::new(scene_buffers, light.sky, light.lighting, shadow_map_px(settings, view))
+            .in_room(light.background.room);
     let surroundings = Surroundings::new(scene_buffers, environment, light.background, colors);
     render_in(scene_buffers, &surroundings, view, settings.supersampling, extra)
 }

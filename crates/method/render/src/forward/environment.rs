@@ -6,9 +6,12 @@ use std::ops::Range;
 use glam::{Vec3, Vec3A};
 
 use super::light_map::LightMap;
+use super::room_light::RoomLight;
 use super::scene_buffers::SceneBuffers;
 use super::sky::{Sky, SkyShare};
+use super::tone_curve::ToneCurve;
 use crate::Lighting;
+use crate::room::Room;
 
 /// Light arriving at points of the scene.
 pub struct Environment<'a> {
@@ -21,6 +24,16 @@ pub struct Environment<'a> {
     pub key_map: Option<LightMap>,
     /// The shadows of objects that move, where they are not in `key_map`.
     pub moving_map: Option<LightMap>,
+    /// Light of the room, in place of that of sky and ground.
+    pub room: Option<RoomLight>,
+}
+
+/// Ambient light at a surface point, shared by its neighborhood.
+#[derive(Clone, Copy, Debug)]
+pub struct Ambient {
+    pub seen: SkyShare,
+    /// Radiance of what lies below in a room; zero without one.
+    pub bounce: Vec3,
 }
 
 impl<'a> Environment<'a> {
@@ -40,7 +53,25 @@ impl<'a> Environment<'a> {
         let key = Vec3A::from(lighting.toward_key.as_vec3());
         let side_box = Vec3A::new(-key.y, key.x, 0.35).normalize_or_zero();
         let rim_box = Vec3A::new(-key.x, -key.y, 0.6).normalize_or_zero();
-        Self { lighting, toward_key: key, sky, side_box, rim_box, key_map, moving_map: None }
+        Self { lighting, toward_key: key, sky, side_box, rim_box, key_map, moving_map: None, room: None }
+    }
+
+    /// The same light in a room.
+    pub fn in_room(mut self, room: Option<Room>) -> Self {
+        self.room = room.map(|room| RoomLight::new(room, &self.lighting));
+        self
+    }
+
+    /// Curve from light to image.
+    pub fn tone_curve(&self) -> ToneCurve {
+        if self.room.is_some() { ToneCurve::Photographic } else { ToneCurve::Knee }
+    }
+
+    /// Ambient light at a surface point.
+    pub fn ambient(&self, point: Vec3A, normal: Vec3A) -> Ambient {
+        let seen = self.sky.seen_from(point, normal);
+        let bounce = self.room.as_ref().map_or(Vec3::ZERO, |room| room.bounce(self.sky, point, normal));
+        Ambient { seen, bounce }
     }
 
     /// Reciprocal of the light on an unshadowed floor.
@@ -63,6 +94,14 @@ impl<'a> Environment<'a> {
     /// Share of the key light that passes the objects that move.
     pub fn past_moving(&self, point: Vec3A, normal: Vec3A, turn: f32) -> f32 {
         self.moving_map.as_ref().map_or(1.0, |map| map.soft_visibility(point, normal, turn))
+    }
+
+    /// Ambient light that a white matte floor reflects.
+    pub fn on_floor(&self, seen: SkyShare) -> Vec3 {
+        match &self.room {
+            Some(room) => room.diffuse(Vec3A::Z, seen, Vec3::ZERO),
+            None => self.diffuse(Vec3A::Z, seen),
+        }
     }
 
     /// Light that a white matte surface of that normal reflects from sky and ground.

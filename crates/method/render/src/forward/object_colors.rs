@@ -61,7 +61,7 @@ pub fn shaded<const SETS: usize>(
         });
     }
 
-    let mut tone_mappers = [(); SETS].map(|()| ToneMapper::default());
+    let mut tone_mappers = [(); SETS].map(|()| ToneMapper::new(shader.tone_curve()));
     for at in first..=last {
         if !is_wanted[at] {
             continue;

@@ -8,23 +8,22 @@ use std::sync::Arc;
 
 use glam::{Mat3A, Vec2, Vec3, Vec3A};
 
-use super::environment::Environment;
+use super::backdrop::{Backdrop, BackdropPlace, Ray};
+use super::environment::{Ambient, Environment};
 use super::floor_light::FloorLight;
 use super::prepare::ViewGeometry;
 use super::projection::Lens;
 use super::scene_buffers::{SceneBuffers, SourceTriangle};
 use super::shading_materials::ShadingMaterial;
-use super::sky::{SkyNearby, SkyShare};
+use super::sky::SkyNearby;
 use super::surface_colors::SurfaceColors;
+use super::tone_curve::ToneCurve;
 use crate::{Background, RenderObject};
 
 /// Light, background and materials of an image: what shading needs that depends on no view.
 pub struct Surroundings<'a> {
     pub environment: Environment<'a>,
-    background: Background,
-    floor_light: Option<FloorLight>,
-    /// Reciprocal of the light on an unshadowed floor.
-    per_open_floor: Vec3,
+    backdrop: Backdrop,
     colors: Arc<SurfaceColors<'a>>,
 }
 
@@ -106,9 +105,9 @@ impl<'a> Surroundings<'a> {
         colors: Arc<SurfaceColors<'a>>,
     ) -> Self {
         let floor_light =
-            background.floor.map(|floor| FloorLight::new(scene_buffers, &environment, floor.z_m as f32));
-        let per_open_floor = environment.per_open_floor();
-        Self { environment, background, floor_light, per_open_floor, colors }
+            background.floor_z_m().map(|z_m| FloorLight::new(scene_buffers, &environment, z_m as f32));
+        let backdrop = Backdrop::new(background, &environment, floor_light);
+        Self { environment, backdrop, colors }
     }
 }
 
@@ -243,8 +242,8 @@ impl<'a> Shader<'a> {
         reaching: impl Fn() -> f32,
     ) -> Vec3 {
         let Surroundings { environment, colors, .. } = self.surroundings;
-        let seen = nearby.at(environment.sky, s.point, s.flat_normal, pixel_size_m);
-        let incidence = self.incidence(s, seen, reaching);
+        let ambient = nearby.at(environment, s.point, s.flat_normal, pixel_size_m);
+        let incidence = self.incidence(s, &ambient, reaching);
         let (diffuse, specular) = incidence.reflected(colors.material(s), colors.albedo(s, pixel_size_m));
         (diffuse + specular) * environment.lighting.exposure
     }
@@ -258,8 +257,9 @@ impl<'a> Shader<'a> {
         turn: f32,
     ) -> [Vec3; SETS] {
         let environment = &self.surroundings.environment;
-        let seen = environment.sky.seen_from(s.point, s.flat_normal);
-        let incidence = self.incidence(s, seen, || environment.key_visibility(s.point, s.flat_normal, turn));
+        let ambient = environment.ambient(s.point, s.flat_normal);
+        let incidence =
+            self.incidence(s, &ambient, || environment.key_visibility(s.point, s.flat_normal, turn));
         let mut light = [Vec3::ZERO; SETS];
         for (light, colors) in light.iter_mut().zip(sets) {
             let (diffuse, specular) = incidence.reflected(colors.material(s), colors.albedo(s, pixel_size_m));
@@ -283,24 +283,29 @@ impl<'a> Shader<'a> {
         turn: f32,
     ) -> [(Vec3, Vec3); SETS] {
         let environment = &self.surroundings.environment;
-        let seen = environment.sky.seen_from(s.point, s.flat_normal);
+        let ambient = environment.ambient(s.point, s.flat_normal);
         let reaching = || environment.key_visibility(s.point, s.flat_normal, turn);
-        let incidence = self.incidence(s, seen, reaching);
+        let incidence = self.incidence(s, &ambient, reaching);
         let facing = s.normal.dot(s.toward_eye).clamp(0.0, 1.0);
         let grazing = (1.0 - facing).powi(3);
         let mut blended = [(Vec3::ZERO, Vec3::ZERO); SETS];
         for ((added, passed), colors) in blended.iter_mut().zip(sets) {
             let (material, albedo) = (colors.material(s), colors.albedo(s, pixel_size_m));
             let (diffuse, specular) = incidence.reflected(material, albedo);
-            let solid = material.opacity + (1.0 - material.opacity) * 0.35 * grazing;
-            let tint = Vec3::ONE.lerp(albedo, 0.35 + 0.3 * material.opacity);
-            *added = (diffuse * solid * 0.8 + specular) * environment.lighting.exposure;
+            let opacity = material.opacity;
+            let tint = Vec3::ONE.lerp(albedo, 0.35 + 0.3 * opacity);
+            // Clean glass in a room is seen by what it mirrors and by its darker outline.
+            let (solid, matte) = match environment.room {
+                Some(_) => (opacity * (0.3 + 0.7 * opacity) + (1.0 - opacity) * 0.45 * grazing, 0.4),
+                None => (opacity + (1.0 - opacity) * 0.35 * grazing, 0.8),
+            };
+            *added = (diffuse * solid * matte + specular) * environment.lighting.exposure;
             *passed = tint * (1.0 - solid);
         }
         blended
     }
 
-    fn incidence(&self, s: &Surface, seen: SkyShare, reaching: impl Fn() -> f32) -> Incidence {
+    fn incidence(&self, s: &Surface, ambient: &Ambient, reaching: impl Fn() -> f32) -> Incidence {
         let Surroundings { environment, colors, .. } = self.surroundings;
         let roughness = colors.material(s).roughness;
         let lighting = &environment.lighting;
@@ -330,71 +335,70 @@ impl<'a> Shader<'a> {
                 });
             }
         }
+        let r = 2.0 * n.dot(v) * n - v;
+        let (seen, mirror_share) = (ambient.seen, mirror_share(roughness, nv));
+        if let Some(room) = &environment.room {
+            return Incidence {
+                key,
+                diffuse: room.diffuse(n, seen, ambient.bounce),
+                smooth_over_flat: Vec3::ONE,
+                mirrored: room.mirrored(s.point, r, roughness, seen, ambient.bounce),
+                mirror_share,
+                occlusion: 1.0,
+            };
+        }
         let up = 0.5 + 0.5 * n.z;
         let up_flat = 0.5 + 0.5 * s.flat_normal.z;
         // Occlusion is evaluated for the flat face, since a smooth normal would leak through it, and rescaled to the
         // smooth normal.
         let smooth_over_flat = (lighting.sky_color * up + lighting.ground_color * (1.0 - up))
             / (lighting.sky_color * up_flat + lighting.ground_color * (1.0 - up_flat)).max(Vec3::splat(1e-3));
-        let r = 2.0 * n.dot(v) * n - v;
         Incidence {
             key,
             diffuse: environment.diffuse(s.flat_normal, seen),
             smooth_over_flat,
             mirrored: environment.mirrored(r, roughness),
-            mirror_share: mirror_share(roughness, nv),
+            mirror_share,
             occlusion: (0.25 + 0.75 * seen.open).min(1.0),
         }
     }
 
+    /// Curve from light to image.
+    pub fn tone_curve(&self) -> ToneCurve {
+        self.surroundings.environment.tone_curve()
+    }
+
     /// The backdrop at height `fraction` of the image (0 = top), dimmed by shadows on its floor.
     pub fn backdrop(&self, fraction: f32, lens: &Lens, x: f32, y: f32, turn: f32) -> Vec3 {
-        let color = self.backdrop_color(fraction);
-        let Some(point) = self.floor_point(lens, x, y) else { return color };
-        let reaching = self.surroundings.environment.key_visibility(point, Vec3A::Z, turn);
-        self.on_floor(color, point, reaching)
+        let Surroundings { environment, backdrop, .. } = self.surroundings;
+        let place = self.backdrop_place(fraction, lens, x, y);
+        let reaching =
+            place.receiver.as_ref().map_or(0.0, |at| environment.key_visibility(at.point, at.normal, turn));
+        backdrop.light(&place, reaching)
     }
 
     /// The light of [`Self::backdrop`], open for shadows of what moves.
     pub fn still_backdrop(&self, fraction: f32, lens: &Lens, x: f32, y: f32, turn: f32) -> StillLight {
-        let color = self.backdrop_color(fraction);
-        let Some(point) = self.floor_point(lens, x, y) else {
-            return StillLight {
-                base: color,
-                key: Vec3::ZERO,
-                point: Vec3A::ZERO,
-                flat_normal: Vec3A::Z,
-                turn,
-            };
+        let Surroundings { environment, backdrop, .. } = self.surroundings;
+        let place = self.backdrop_place(fraction, lens, x, y);
+        let base = backdrop.light(&place, 0.0);
+        let Some(at) = &place.receiver else {
+            return StillLight { base, key: Vec3::ZERO, point: Vec3A::ZERO, flat_normal: Vec3A::Z, turn };
         };
-        let reaching = self.surroundings.environment.past_still(point, Vec3A::Z, turn);
-        let base = self.on_floor(color, point, 0.0);
-        let key = self.on_floor(color, point, reaching) - base;
-        StillLight { base, key, point, flat_normal: Vec3A::Z, turn }
+        let reaching = environment.past_still(at.point, at.normal, turn);
+        let key = backdrop.light(&place, reaching) - base;
+        StillLight { base, key, point: at.point, flat_normal: at.normal, turn }
     }
 
-    fn backdrop_color(&self, fraction: f32) -> Vec3 {
-        let background = &self.surroundings.background;
-        background.top_color.lerp(background.bottom_color, fraction)
-    }
-
-    /// Intersection of the ray through a sample position with the floor of the backdrop.
-    fn floor_point(&self, lens: &Lens, x: f32, y: f32) -> Option<Vec3A> {
-        let floor = self.surroundings.background.floor?;
+    /// What the ray through a sample position shows of the backdrop.
+    fn backdrop_place(&self, fraction: f32, lens: &Lens, x: f32, y: f32) -> BackdropPlace {
         let (origin, direction) = lens.ray(x, y);
-        let origin = self.world_from_camera.transform_point3a(Vec3A::from(origin));
-        let direction = self.world_from_camera.transform_vector3a(Vec3A::from(direction));
-        let t = (floor.z_m as f32 - origin.z) / direction.z;
-        (t.is_finite() && t > 0.0).then(|| origin + t * direction)
-    }
-
-    /// The backdrop's color on its floor, where this share of the key light reaches it.
-    fn on_floor(&self, color: Vec3, point: Vec3A, reaching: f32) -> Vec3 {
-        let Surroundings { environment, floor_light, per_open_floor, .. } = self.surroundings;
-        let lighting = &environment.lighting;
-        let key = lighting.key_color * environment.toward_key.z.max(0.0);
-        let sky = floor_light.as_ref().map_or(lighting.sky_color, |light| light.at(point));
-        color * ((key * reaching + sky) * *per_open_floor).min(Vec3::ONE)
+        let ray = Ray {
+            origin: self.world_from_camera.transform_point3a(Vec3A::from(origin)),
+            direction: self.world_from_camera.transform_vector3a(Vec3A::from(direction)),
+        };
+        let Surroundings { environment, backdrop, .. } = self.surroundings;
+        backdrop.place(environment, &ray, fraction, |depth| lens.pixel_size_m(depth))
     }
 }
 

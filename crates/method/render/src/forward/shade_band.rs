@@ -79,7 +79,7 @@ impl BandShader<'_> {
     pub fn shade(&self, glass: &TriangleBins, index: usize, rgba: &mut [u8]) {
         let (samples, stride) = (self.samples, self.band.width_px);
         let width = stride / samples;
-        let mut tone_mapper = ToneMapper::default();
+        let mut tone_mapper = ToneMapper::new(self.shader.tone_curve());
         let mut expose = |x: usize, row: usize, light: &PixelLight, rgba: &mut [u8]| {
             rgba[4 * (row * width + x)..][..4].copy_from_slice(&tone_mapper.encode(row, light));
         };

@@ -4,6 +4,7 @@
 use glam::Vec3A;
 use rayon::prelude::*;
 
+use super::environment::{Ambient, Environment};
 use super::light_map::{LightMap, sky_directions};
 use super::scene_buffers::SceneBuffers;
 use super::sky_group::{SkyGroup, SkyMap};
@@ -64,9 +65,9 @@ impl Sky {
     }
 }
 
-/// Sky share of one point, reused in its neighborhood on the same smooth surface, where it varies slowly.
+/// Ambient light of one point, reused in its neighborhood on the same smooth surface, where it varies slowly.
 #[derive(Default)]
-pub struct SkyNearby(Option<(Vec3A, Vec3A, SkyShare)>);
+pub struct SkyNearby(Option<(Vec3A, Vec3A, Ambient)>);
 
 /// Limits of the neighborhood: cosine of the angle between normals, distance, and distance from the plane in pixels.
 pub const SAME_DIRECTION: f32 = 0.965;
@@ -74,21 +75,27 @@ pub const NEAR_PX: f32 = 3.0;
 pub const SAME_PLANE_PX: f32 = 0.5;
 
 impl SkyNearby {
-    /// Sky share at a point: the cached one if the point lies in its neighborhood, else a new one, which is then
+    /// Ambient light at a point: the cached one if the point lies in its neighborhood, else a new one, which is then
     /// cached.
     #[inline]
-    pub fn at(&mut self, sky: &Sky, point: Vec3A, normal: Vec3A, pixel_size_m: f32) -> SkyShare {
-        if let Some((near, direction, share)) = self.0 {
+    pub fn at(
+        &mut self,
+        environment: &Environment,
+        point: Vec3A,
+        normal: Vec3A,
+        pixel_size_m: f32,
+    ) -> Ambient {
+        if let Some((near, direction, ambient)) = self.0 {
             let offset = point - near;
             if normal.dot(direction) > SAME_DIRECTION
                 && offset.length_squared() < (NEAR_PX * pixel_size_m).powi(2)
                 && offset.dot(direction).abs() < SAME_PLANE_PX * pixel_size_m
             {
-                return share;
+                return ambient;
             }
         }
-        let share = sky.seen_from(point, normal);
-        self.0 = Some((point, normal, share));
-        share
+        let ambient = environment.ambient(point, normal);
+        self.0 = Some((point, normal, ambient));
+        ambient
     }
 }

@@ -194,7 +194,7 @@ impl LitBand {
             };
         });
         let mut band = Self { rgba: vec![0; 4 * pixels], lights: Vec::new(), first_light: Vec::new() };
-        let mut tone_mapper = ToneMapper::default();
+        let mut tone_mapper = ToneMapper::new(shading.shader.tone_curve());
         for (pixel, lights) in of_pixels.into_iter().enumerate() {
             band.first_light.push(band.lights.len() as u32);
             let bytes = exposed(&mut tone_mapper, pixel / width, &lights, &[1.0; MAX_SAMPLES]);
@@ -209,7 +209,7 @@ impl LitBand {
     fn shade(&self, shading: &BandShader, still: &Band, environment: &Environment, rgba: &mut [u8]) {
         let samples = shading.samples;
         let width = shading.band.width_px / samples;
-        let mut tone_mapper = ToneMapper::default();
+        let mut tone_mapper = ToneMapper::new(shading.shader.tone_curve());
         let mut seen = [Vec3::ZERO; MAX_SAMPLES];
         for (pixel, bytes) in rgba.chunks_exact_mut(4).enumerate() {
             let (row, x) = (pixel / width, pixel % width);

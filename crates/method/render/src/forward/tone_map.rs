@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::shade_band::PixelLight;
-use super::tone_curve::compress;
+use super::tone_curve::ToneCurve;
 use imaging::srgb::SrgbEncoder;
 
 /// Converts light to sRGB after compressing highlights. Neighbors in a row often have equal light (a plain backdrop, a
@@ -12,10 +12,15 @@ use imaging::srgb::SrgbEncoder;
 pub struct ToneMapper {
     /// Last light and its bytes, for even and for odd rows, since rows are converted in pairs.
     last: [Option<(Vec3, [u8; 4])>; 2],
+    curve: ToneCurve,
     srgb: SrgbEncoder,
 }
 
 impl ToneMapper {
+    pub fn new(curve: ToneCurve) -> Self {
+        Self { curve, ..Self::default() }
+    }
+
     /// sRGB of a pixel in that row.
     pub fn encode(&mut self, row: usize, light: &PixelLight) -> [u8; 4] {
         let srgb = self.srgb;
@@ -24,14 +29,14 @@ impl ToneMapper {
             PixelLight::Even(color) => *color,
             PixelLight::Uneven(colors) if colors.iter().all(|color| *color == colors[0]) => colors[0],
             PixelLight::Uneven(colors) => {
-                let sum: Vec3 = colors.iter().map(|color| compress(*color)).sum();
+                let sum: Vec3 = colors.iter().map(|color| self.curve.apply(*color)).sum();
                 return developed(sum * (1.0 / colors.len() as f32));
             }
         };
         match self.last[row % 2] {
             Some((known, bytes)) if known == color => bytes,
             _ => {
-                let bytes = developed(compress(color));
+                let bytes = developed(self.curve.apply(color));
                 self.last[row % 2] = Some((color, bytes));
                 bytes
             }
@@ -55,7 +60,7 @@ mod tests {
         }
         // Half the samples dark: each sample is compressed before averaging.
         let half = [Vec3::ZERO, Vec3::splat(4.0)];
-        let mean = encode_srgb(0.5 * compress(half[1]).x);
+        let mean = encode_srgb(0.5 * ToneCurve::Knee.apply(half[1]).x);
         assert_eq!(tone_mapper.encode(0, &PixelLight::Uneven(&half)), [mean, mean, mean, 255]);
     }
 }

@@ -39,31 +39,3 @@ fn floor_light(point: vec2<f32>) -> vec3<f32> {
     let lower = mix(floor_node(node.x, node.y + 1u), floor_node(node.x + 1u, node.y + 1u), t.x);
     return mix(upper, lower, t.y);
 }
-
-// Where the ray meets the backdrop's floor; `met` is false where it does not.
-struct FloorPoint {
-    point: vec3<f32>,
-    met: bool,
-}
-
-fn floor_point(p: vec2<f32>) -> FloorPoint {
-    let ray = ray_through(p);
-    let origin = moved(job.world_from_camera, ray.origin);
-    let direction = turned(job.world_from_camera, ray.direction);
-    // A level ray meets no floor.
-    if job.floor_nodes == 0u || abs(direction.z) < 1e-30 {
-        return FloorPoint(vec3(0.0), false);
-    }
-    let t = (job.floor_z_m - origin.z) / direction.z;
-    return FloorPoint(origin + t * direction, t > 0.0 && t < 1e30);
-}
-
-// The backdrop at height `fraction` of the image (0 = top), dimmed where shadows fall on its floor.
-fn backdrop(fraction: f32, on_floor: FloorPoint, reaching: f32) -> vec3<f32> {
-    let color = mix(job.top_color, job.bottom_color, fraction);
-    if !on_floor.met {
-        return color;
-    }
-    let key = job.key_color * (max(job.toward_key.z, 0.0) * reaching);
-    return color * min((key + floor_light(on_floor.point.xy)) * job.per_open_floor, vec3(1.0));
-}

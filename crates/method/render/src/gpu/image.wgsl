@@ -11,13 +11,6 @@ fn grain(p: vec2<u32>) -> f32 {
     return fract(52.982918 * fract(mixed));
 }
 
-fn pixel_size_m(depth: f32) -> f32 {
-    if job.perspective != 0u {
-        return depth / job.lens.x;
-    }
-    return 1.0 / job.lens.x;
-}
-
 // What a triangle, or the backdrop, shows at a sample position. The one place where anything is shaded: drivers
 // inline every call.
 fn shown(
@@ -29,33 +22,36 @@ fn shown(
     nearby: ptr<function, Nearby>,
 ) -> Shaded {
     var s: Surface;
-    var on_floor: FloorPoint;
+    var place: BackdropPlace;
+    var receives = false;
     var lit_point: vec3<f32>;
     var lit_normal = vec3(0.0, 0.0, 1.0);
     var nl = 0.0;
     var reaching = 0.0;
     if index == NOTHING {
-        on_floor = floor_point(p);
-        lit_point = on_floor.point;
+        place = backdrop_place(p, p.y / f32(job.height_px * SAMPLES));
+        lit_point = place.point;
+        lit_normal = place.normal;
+        receives = place.receives;
     } else {
         s = surface_at(index, p);
         lit_point = s.point;
         lit_normal = s.flat_normal;
         nl = key_cosine(s);
     }
-    if on_floor.met || nl > 0.0 {
+    if receives || nl > 0.0 {
         reaching = key_visibility(lit_point, lit_normal, turn);
     }
     if index == NOTHING {
-        return Shaded(backdrop(p.y / f32(job.height_px * SAMPLES), on_floor, reaching), vec3(0.0));
+        return Shaded(backdrop_light(place, reaching), vec3(0.0));
     }
     let material = material_at(s.material);
     let albedo = albedo_of(s, material, seen_px_m);
     var neighborhood = *nearby;
     // Light on glass is not carried over.
     neighborhood.known = neighborhood.known && !layered;
-    let seen = sky_nearby(&neighborhood, s.point, s.flat_normal, seen_px_m);
-    let light = reflected(s, material, albedo, nl, reaching, seen);
+    let around = ambient_nearby(&neighborhood, s.point, s.flat_normal, seen_px_m);
+    let light = reflected(s, material, albedo, nl, reaching, around);
     if layered {
         return glass(s, material, albedo, light);
     }
@@ -84,9 +80,30 @@ fn is_over(a: vec4<u32>, b: vec4<u32>) -> bool {
 }
 
 // Leaves darks and centers as they are and bends highlights softly below 1.
-fn compressed(c: vec3<f32>) -> vec3<f32> {
+fn bent(c: vec3<f32>) -> vec3<f32> {
     let knee = vec3(0.72);
     return select(knee + (1.0 - knee) * (1.0 - exp(-(c - knee) / (1.0 - knee))), c, c <= knee);
+}
+
+// Khronos "PBR Neutral".
+fn photographic(c: vec3<f32>) -> vec3<f32> {
+    let low = min(c.x, min(c.y, c.z));
+    let color = c - select(0.02, low - 12.5 * low * low, low < 0.04);
+    let peak = max(color.x, max(color.y, color.z));
+    if peak < 0.76 {
+        return color;
+    }
+    let compressed = 1.0 - 0.24 * 0.24 / (peak + 0.24 - 0.76);
+    let white = 1.0 - 1.0 / (0.15 * (peak - compressed) + 1.0);
+    return mix(color * (compressed / peak), vec3(compressed), white);
+}
+
+// From light to image light, tone_curve.rs's.
+fn developed(c: vec3<f32>) -> vec3<f32> {
+    if job.has_room != 0u {
+        return photographic(c);
+    }
+    return bent(c);
 }
 
 // The table of the CPU: sRGB bytes by the square root of light, in steps.
@@ -179,7 +196,7 @@ fn pixel_color(pixel: vec2<u32>, nearby: ptr<function, Nearby>) -> u32 {
     }
     var mean = vec3(0.0);
     for (var k = 0u; k < job.all_samples; k++) {
-        mean += compressed(linear[k]);
+        mean += developed(linear[k]);
     }
     mean /= f32(job.all_samples);
     return srgb_byte(mean.x) | (srgb_byte(mean.y) << 8u) | (srgb_byte(mean.z) << 16u) | 0xff000000u;

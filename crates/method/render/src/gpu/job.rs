@@ -51,22 +51,23 @@ impl Job<'_> {
         words.push_floats([lens.scale_x, lens.scale_y, lens.center_x, lens.center_y]);
         let [texels_per_m, texel_m, reach, spread] =
             map.map_or([0.0; 4], |map| [map.texels_per_m, map.texel_m, map.reach, map.spread]);
-        let floor = self.light.and_then(|(light, _)| light.floor.as_ref());
+        let floor = self.light.and_then(|(light, _)| light.backdrop.floor_light.as_ref());
         let nodes_per_m = floor.map_or(0.0, |floor| floor.nodes_per_m);
         match self.light {
             Some((light, _)) => {
-                let (environment, background) = (&light.environment, &light.background);
+                let (environment, backdrop) = (&light.environment, &light.backdrop);
+                let background = &backdrop.background;
                 let lighting = &environment.lighting;
                 let vector = |v: Vec3A| Vec3::from(v);
                 words.push_vector(vector(environment.toward_key), lighting.key_radius_rad as f32);
                 words.push_vector(lighting.key_color, lighting.exposure);
-                words.push_vector(lighting.sky_color, background.floor.map_or(0.0, |floor| floor.z_m as f32));
+                words.push_vector(lighting.sky_color, background.floor_z_m().unwrap_or(0.0) as f32);
                 words.push_vector(lighting.ground_color, nodes_per_m);
                 words.push_vector(vector(environment.side_box), texels_per_m);
                 words.push_vector(vector(environment.rim_box), texel_m);
                 words.push_vector(background.top_color, reach);
                 words.push_vector(background.bottom_color, spread);
-                words.push_floats(environment.per_open_floor().to_array());
+                words.push_floats(backdrop.per_light.to_array());
             }
             None => words.push([0; 8 * 4 + 3]),
         }
@@ -84,7 +85,8 @@ impl Job<'_> {
         });
         words.push([width, height, coarse_width, coarse_height].map(|n| n as u32));
         let layout = self.light.map(|(_, layout)| layout).unwrap_or_default();
-        words.push([layout.coarse_at, layout.fine_at, layout.floor_at]);
+        let has_room = self.light.is_some_and(|(light, _)| light.environment.room.is_some());
+        words.push([layout.coarse_at, layout.fine_at, layout.floor_at, u32::from(has_room), layout.room_at]);
         words.fill_quadruple();
         words
     }

@@ -23,7 +23,7 @@ struct Job {
     reach: f32,
     bottom_color: vec3<f32>,
     spread: f32,
-    per_open_floor: vec3<f32>,
+    per_light: vec3<f32>,
     // 0: none.
     floor_nodes: u32,
     floor_low: vec2<f32>,
@@ -54,6 +54,8 @@ struct Job {
     coarse_at: u32,
     fine_at: u32,
     floor_at: u32,
+    has_room: u32,
+    room_at: u32,
 }
 
 const NOTHING = 0xffffffffu;

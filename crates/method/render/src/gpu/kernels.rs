@@ -9,7 +9,7 @@ use wgpu::{
 use super::job::{Job, Phase, Strip};
 use crate::forward::projection::NEAR_M;
 use crate::forward::scene_buffers::TriangleFilter;
-use crate::forward::{light_map, sky};
+use crate::forward::{environment_map, light_map, sky};
 use gpu::Gpu;
 use gpu::transfer::sized;
 
@@ -61,9 +61,13 @@ impl Kernels {
         let lit = [
             surface,
             include_str!("texture.wgsl"),
-            include_str!("sky.wgsl"),
             include_str!("key_light.wgsl"),
+            include_str!("room_light.wgsl"),
+            include_str!("sky.wgsl"),
             include_str!("environment.wgsl"),
+            include_str!("noise.wgsl"),
+            include_str!("floor_pattern.wgsl"),
+            include_str!("backdrop.wgsl"),
             include_str!("shade.wgsl"),
             include_str!("image.wgsl"),
         ];
@@ -129,6 +133,7 @@ fn constants(samples: usize) -> String {
         ("TAP_GROUPS", light_map::TAP_GROUPS),
         ("SEARCH_GROUPS", light_map::SEARCH_GROUPS),
         ("TURNS", light_map::TURNS),
+        ("DIFFUSE_MAP", environment_map::DIFFUSE),
     ];
     let real = [
         ("NEAR_M", NEAR_M),
@@ -136,6 +141,7 @@ fn constants(samples: usize) -> String {
         ("BORDER", light_map::BORDER),
         ("FEW_BLOCKS", light_map::FEW_BLOCKS),
         ("NARROW", light_map::NARROW),
+        ("ROUGHNESS_STEPS", environment_map::ROUGHNESS_STEPS),
         ("SKY_SAME_DIRECTION", sky::SAME_DIRECTION),
         ("SKY_NEAR_PX", sky::NEAR_PX),
         ("SKY_SAME_PLANE_PX", sky::SAME_PLANE_PX),

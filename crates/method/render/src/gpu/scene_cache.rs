@@ -9,19 +9,20 @@ use super::kernels::{COLOR_WORDS, COUNTERS, FRONT_WORDS, Kernels, LAYER_COUNTER,
 use super::light_words::{ImageLight, LightLayout, light_words};
 use super::scene_words::{SceneLayout, scene_words};
 use super::words::Words;
+use crate::forward::backdrop::Backdrop;
 use crate::forward::bands::{ExtraOutputs, VisibleSurfaces, shadow_map_px};
 use crate::forward::environment::Environment;
 use crate::forward::floor_light::FloorLight;
 use crate::forward::projection::Projection;
 use crate::forward::shade_band::MAX_SUPERSAMPLING;
-use crate::{Background, Floor, Frame, GeometryFrame, Lighting, SceneCache, View};
+use crate::{Background, Frame, GeometryFrame, Lighting, SceneCache, View};
 use gpu::transfer::{INPUT, OUTPUT, READ_BACK, TransferError, read_words, sized};
 use gpu::{Gpu, GpuError};
 use imaging::Image;
 
 /// Size limits of one strip.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Room {
+pub(super) struct Capacity {
     /// Maximum number of pixels, and of samples, of a strip.
     pub pixels: usize,
     pub samples: usize,
@@ -30,7 +31,7 @@ pub(super) struct Room {
     pub fewest_layers: usize,
 }
 
-const ROOM: Room = Room { pixels: 1 << 20, samples: 1 << 22, layers_of_a_pixel: 4, fewest_layers: 1 << 16 };
+const CAPACITY: Capacity = Capacity { pixels: 1 << 20, samples: 1 << 22, layers_of_a_pixel: 4, fewest_layers: 1 << 16 };
 
 const LAYER_BYTES: usize = 16;
 /// Rows of the lowest strip: whole blocks that share light from the sky.
@@ -42,7 +43,7 @@ pub struct GpuSceneCache<'a> {
     scene_cache: Arc<SceneCache<'a>>,
     scene: Buffer,
     layout: SceneLayout,
-    pub(super) room: Room,
+    pub(super) capacity: Capacity,
 }
 
 impl<'a> GpuSceneCache<'a> {
@@ -52,7 +53,7 @@ impl<'a> GpuSceneCache<'a> {
         let bytes = words.bytes().len().max(2 * 4 * layout.triangles as usize);
         check_fits(&gpu, "uploading a scene", bytes)?;
         let scene = gpu.guarded("uploading a scene", || Ok(filled(&gpu, &words)))?;
-        Ok(Self { gpu, scene_cache, scene, layout, room: ROOM })
+        Ok(Self { gpu, scene_cache, scene, layout, capacity: CAPACITY })
     }
 
     /// The device that renders.
@@ -112,10 +113,12 @@ impl<'a> GpuSceneCache<'a> {
 
     fn light(&self, lighting: Lighting, background: Background, view: &View) -> ImageLight<'_> {
         let SceneCache { scene_buffers, sky, settings, .. } = &*self.scene_cache;
-        let environment = Environment::new(scene_buffers, sky, lighting, shadow_map_px(settings, view));
-        let light = |floor: Floor| FloorLight::new(scene_buffers, &environment, floor.z_m as f32);
-        let floor = background.floor.map(light);
-        ImageLight { environment, floor, background }
+        let environment = Environment::new(scene_buffers, sky, lighting, shadow_map_px(settings, view))
+            .in_room(background.room);
+        let light = |z_m: f64| FloorLight::new(scene_buffers, &environment, z_m as f32);
+        let floor_light = background.floor_z_m().map(light);
+        let backdrop = Backdrop::new(background, &environment, floor_light);
+        ImageLight { environment, backdrop }
     }
 
     fn fronts(&self, view: &View, extra: ExtraOutputs) -> Result<VisibleSurfaces, GpuError> {
@@ -149,13 +152,13 @@ impl<'a> GpuSceneCache<'a> {
         if width == 0 || height == 0 {
             return Ok(Vec::new());
         }
-        let max_pixels = self.room.pixels.min(self.room.samples / (samples * samples));
+        let max_pixels = self.capacity.pixels.min(self.capacity.samples / (samples * samples));
         let mut rows_px = (max_pixels / width).clamp(MIN_ROWS_PX, height.max(MIN_ROWS_PX));
         rows_px -= rows_px % MIN_ROWS_PX;
         let words_of_a_pixel = if light.is_some() { COLOR_WORDS } else { FRONT_WORDS };
         let (state_bytes, _) = kernels.state_bytes(rows_px * width, words_of_a_pixel);
         let layered = light.is_some() && self.layout.has_glass;
-        let room = (self.room.layers_of_a_pixel * rows_px * width).max(self.room.fewest_layers);
+        let room = (self.capacity.layers_of_a_pixel * rows_px * width).max(self.capacity.fewest_layers);
         let layers = if layered { room } else { 0 };
         check_fits(gpu, attempted, state_bytes.max(LAYER_BYTES * layers))?;
         let job = Job {

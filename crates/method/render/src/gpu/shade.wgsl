@@ -104,7 +104,7 @@ fn key_cosine(s: Surface) -> f32 {
 }
 
 // `nl` is the cosine to the key light, `reaching` the share of it that reaches the point.
-fn reflected(s: Surface, material: Material, albedo: vec3<f32>, nl: f32, reaching: f32, seen: SkyShare) -> Reflected {
+fn reflected(s: Surface, material: Material, albedo: vec3<f32>, nl: f32, reaching: f32, around: Ambient) -> Reflected {
     let n = s.normal;
     let v = s.toward_eye;
     let l = job.toward_key;
@@ -126,22 +126,37 @@ fn reflected(s: Surface, material: Material, albedo: vec3<f32>, nl: f32, reachin
         light.diffuse += matte * key;
         light.specular += fresnel * key * min(shine, 12.0);
     }
+    let mirror = 2.0 * dot(n, v) * n - v;
+    let share = mirror_share(f0, material.roughness, nv);
+    let seen = around.seen;
+    if job.has_room != 0u {
+        light.diffuse += matte * room_diffuse(n, seen, around.bounce);
+        light.specular += room_mirrored(s.point, mirror, material.roughness, seen, around.bounce) * share;
+        return light;
+    }
     let up = 0.5 + 0.5 * n.z;
     let up_flat = 0.5 + 0.5 * s.flat_normal.z;
     // Occlusion is evaluated for the flat face and rescaled to the smooth normal.
     let smooth_over_flat = (job.sky_color * up + job.ground_color * (1.0 - up))
         / max(job.sky_color * up_flat + job.ground_color * (1.0 - up_flat), vec3(1e-3));
     light.diffuse += matte * diffuse_light(s.flat_normal, seen) * smooth_over_flat;
-    let surroundings = mirrored(2.0 * dot(n, v) * n - v, material.roughness);
+    let surroundings = mirrored(mirror, material.roughness);
     let occlusion = min(0.25 + 0.75 * seen.open, 1.0);
-    light.specular += surroundings * mirror_share(f0, material.roughness, nv) * occlusion;
+    light.specular += surroundings * share * occlusion;
     return light;
 }
 
 // A transparent surface: the light it adds, and the factor on the light from behind.
 fn glass(s: Surface, material: Material, albedo: vec3<f32>, light: Reflected) -> Shaded {
-    let grazing = 1.0 - clamp(dot(s.normal, s.toward_eye), 0.0, 1.0);
-    let solid = material.opacity + (1.0 - material.opacity) * 0.35 * (grazing * grazing * grazing);
-    let tint = mix(vec3(1.0), albedo, 0.35 + 0.3 * material.opacity);
-    return Shaded((light.diffuse * solid * 0.8 + light.specular) * job.exposure, tint * (1.0 - solid));
+    let facing = 1.0 - clamp(dot(s.normal, s.toward_eye), 0.0, 1.0);
+    let grazing = facing * facing * facing;
+    let opacity = material.opacity;
+    let tint = mix(vec3(1.0), albedo, 0.35 + 0.3 * opacity);
+    var solid = opacity + (1.0 - opacity) * 0.35 * grazing;
+    var matte = 0.8;
+    if job.has_room != 0u {
+        solid = opacity * (0.3 + 0.7 * opacity) + (1.0 - opacity) * 0.45 * grazing;
+        matte = 0.4;
+    }
+    return Shaded((light.diffuse * solid * matte + light.specular) * job.exposure, tint * (1.0 - solid));
 }

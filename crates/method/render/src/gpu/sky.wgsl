@@ -49,30 +49,53 @@ fn sky_seen_from(point: vec3<f32>, normal: vec3<f32>) -> SkyShare {
     return SkyShare(lit / all, open / f32(job.directions));
 }
 
-// Sky share of one point, reused in its neighborhood on the same smooth surface.
+// Ambient light of a point: its sky share, and in a room the radiance of what lies below.
+struct Ambient {
+    seen: SkyShare,
+    bounce: vec3<f32>,
+}
+
+// The sky is sought in one place of the code, at the point and then below it: drivers inline every call.
+fn ambient_at(point: vec3<f32>, normal: vec3<f32>) -> Ambient {
+    let lower = below(point, normal);
+    let places = select(1u, 2u, lower.counts);
+    var ambient: Ambient;
+    for (var k = 0u; k < places; k++) {
+        let seen =
+            sky_seen_from(select(lower.point, point, k == 0u), select(vec3(0.0, 0.0, 1.0), normal, k == 0u));
+        if k == 0u {
+            ambient.seen = seen;
+        } else {
+            ambient.bounce = bounce_of(lower, seen.arriving);
+        }
+    }
+    return ambient;
+}
+
+// Ambient light of one point, reused in its neighborhood on the same smooth surface.
 struct Nearby {
     known: bool,
     point: vec3<f32>,
     normal: vec3<f32>,
-    share: SkyShare,
+    ambient: Ambient,
 }
 
-fn sky_nearby(
+fn ambient_nearby(
     nearby: ptr<function, Nearby>,
     point: vec3<f32>,
     normal: vec3<f32>,
     pixel_size_m: f32,
-) -> SkyShare {
+) -> Ambient {
     if (*nearby).known {
         let offset = point - (*nearby).point;
         let near_m = SKY_NEAR_PX * pixel_size_m;
         if dot(normal, (*nearby).normal) > SKY_SAME_DIRECTION
             && dot(offset, offset) < near_m * near_m
             && abs(dot(offset, (*nearby).normal)) < SKY_SAME_PLANE_PX * pixel_size_m {
-            return (*nearby).share;
+            return (*nearby).ambient;
         }
     }
-    let share = sky_seen_from(point, normal);
-    *nearby = Nearby(true, point, normal, share);
-    return share;
+    let ambient = ambient_at(point, normal);
+    *nearby = Nearby(true, point, normal, ambient);
+    return ambient;
 }

@@ -68,6 +68,13 @@ fn toward_eye(in_camera: vec3<f32>) -> vec3<f32> {
     return -unit_or(turned(job.world_from_camera, away), vec3(0.0));
 }
 
+fn pixel_size_m(depth: f32) -> f32 {
+    if job.perspective != 0u {
+        return depth / job.lens.x;
+    }
+    return 1.0 / job.lens.x;
+}
+
 // Index of the triangle in front.
 fn front_at(sample: u32) -> u32 {
     return ~state[fronts_at() + sample];

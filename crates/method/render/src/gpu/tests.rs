@@ -6,9 +6,12 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::scene_cache::Room;
+use super::scene_cache::Capacity;
 use super::*;
-use crate::{Background, Frame, Lighting, RenderObject, RenderSettings, SceneCache, TopView, View};
+use crate::room::FloorFinish;
+use crate::{
+    Background, Frame, Lighting, RenderObject, RenderSettings, Room, SceneCache, Tabletop, TopView, View,
+};
 use catalog::{Recipe, build, build_table, category};
 use geometry::{Camera, Material, Pose, Rgb, TexturedMesh, shapes};
 use gpu::test_devices::devices;
@@ -21,6 +24,20 @@ fn lighting() -> Lighting {
 
 fn background() -> Background {
     Background::light_with_floor(-0.74)
+}
+
+/// Light and backdrop of each floor finish's first room about the table of [`laid_table`].
+fn rooms(table: &RenderObject) -> Vec<(Lighting, Background)> {
+    let tabletop = Tabletop::of(table);
+    let (low, high) = table.mesh.bounds();
+    let mut finishes: Vec<FloorFinish> = Vec::new();
+    let rooms = (0..8).map(|seed| Room::around(low, high, tabletop, seed)).filter(|room| {
+        let is_new = !finishes.contains(&room.decor.floor);
+        finishes.push(room.decor.floor);
+        is_new
+    });
+    let lit = |room: Room| (Lighting::daylight(-0.3, 0.95).exposed_for(&room), Background::in_room(room));
+    rooms.map(lit).collect()
 }
 
 fn settings(supersampling: u32) -> RenderSettings {
@@ -72,9 +89,9 @@ fn objects<'a>(placed: &'a [Placed]) -> Vec<RenderObject<'a>> {
 }
 
 /// From afar, from near over the table, with parts behind the near plane, and from above.
-fn views() -> Vec<View> {
+fn views() -> [View; 4] {
     let camera = |az: f64, el: f64, d: f64| Camera::orbit(192, 144, 0.6, DVec3::ZERO, az, el, d);
-    vec![
+    [
         View::Perspective(camera(0.42, 0.52, 2.4)),
         View::Perspective(camera(2.2, 0.25, 0.9)),
         View::Perspective(camera(0.4, 0.3, 0.12)),
@@ -168,9 +185,13 @@ fn gpu_images_agree_with_cpu() {
         for scene_cache in &dioramas {
             let mut drawn = GpuSceneCache::new(gpu.clone(), scene_cache.clone()).expect("uploaded");
             let mut apart = Apart::default();
-            for view in views() {
-                let found = drawn.render_with_normals(lighting(), background(), &view).expect("painted");
-                apart.add(&found, &scene_cache.render_with_normals(lighting(), background(), &view));
+            let mut lights = rooms(&scene_cache.scene_buffers.objects[0]);
+            lights.push((lighting(), background()));
+            for ((lighting, background), view) in
+                lights.into_iter().flat_map(|light| views().map(move |view| (light, view)))
+            {
+                let found = drawn.render_with_normals(lighting, background, &view).expect("rendered");
+                apart.add(&found, &scene_cache.render_with_normals(lighting, background, &view));
                 let geometry = drawn.measure(&view).expect("measured");
                 assert!(geometry.ids == found.ids && geometry.depth_m == found.depth_m);
             }
@@ -198,14 +219,15 @@ fn gpu_images_agree_with_cpu() {
 fn image_bytes_do_not_depend_on_strips(drawn: &mut GpuSceneCache) {
     let view = views()[1];
     let whole = drawn.render_with_normals(lighting(), background(), &view).expect("painted");
-    drawn.room = Room { pixels: 192 * 50, layers_of_a_pixel: 0, fewest_layers: 3000, ..drawn.room };
+    drawn.capacity =
+        Capacity { pixels: 192 * 50, layers_of_a_pixel: 0, fewest_layers: 3000, ..drawn.capacity };
     let cut = || drawn.render_with_normals(lighting(), background(), &view).expect("painted");
     let (one, other) = std::thread::scope(|scope| {
         let (one, other) = (scope.spawn(cut), scope.spawn(cut));
         (one.join().expect("no panic"), other.join().expect("no panic"))
     });
     assert!(one == whole && other == whole, "{}", drawn.gpu().name());
-    drawn.room.fewest_layers = 5;
+    drawn.capacity.fewest_layers = 5;
     let refused = drawn.color(lighting(), background(), &view).expect_err("there is more glass than that");
     assert!(matches!(refused, GpuError::TooManyLayers { highest: 5, .. }), "{refused}");
     assert!(!refused.is_device_failure() && drawn.gpu().given_up().is_none());

@@ -1,0 +1,154 @@
+//! Light in a room, prepared for one image: from windows, walls and ceiling, and from what lies below a point.
+//!
+//! Light that the tabletop or the floor throws back at an object is that of one place: where a ray between the normal
+//! and straight down arrives. The sky's occlusion there tells how much light it has to give (one bounce).
+
+use glam::{Vec2, Vec3, Vec3A};
+
+use super::environment_map::{EnvironmentMap, FURNISHED_ROOM, Shares};
+use super::sky::{Sky, SkyShare};
+use crate::room::luminance;
+use crate::{Lighting, Room};
+
+/// Light of a room on points of the scene. Radiances are in the units of reflected light: 1 is a white surface in full
+/// light.
+pub struct RoomLight {
+    pub room: Room,
+    pub map: &'static EnvironmentMap,
+    /// Horizontal unit direction toward the largest window.
+    pub toward_window: Vec2,
+    pub window: Vec3,
+    pub wall: Vec3,
+    pub ceiling: Vec3,
+    /// Of floor and tabletop where nothing shades them.
+    pub open_floor: Vec3,
+    pub open_tabletop: Vec3,
+}
+
+/// Radiance of windows, and of a white wall and ceiling.
+const WINDOW: Vec3 = Vec3::new(4.6, 4.75, 4.9);
+const WHITE_WALL: f32 = 0.5;
+const CEILING: Vec3 = Vec3::new(0.66, 0.65, 0.63);
+/// Light on the floor around the scene, as a share of that on the tabletop.
+const FLOOR_SHARE: f32 = 0.7;
+/// Share of the light of a place below that arrives where no sky is seen from there.
+const SHADED: f32 = 0.16;
+/// Lightest tabletop, linear, that is exposed as it is; darker ones are exposed longer.
+const EXPOSED_AS_IS: f32 = 0.27;
+/// Share of a difference in brightness, in stops, that exposure makes up for.
+const COMPENSATED: f32 = 0.4;
+
+impl RoomLight {
+    pub fn new(room: Room, lighting: &Lighting) -> Self {
+        let key = lighting.toward_key.as_vec3();
+        let map = &*FURNISHED_ROOM;
+        let mut light = Self {
+            room,
+            map,
+            toward_window: key.truncate().normalize_or(Vec2::X),
+            window: WINDOW,
+            wall: WHITE_WALL * room.decor.wall_color,
+            ceiling: CEILING,
+            open_floor: Vec3::ZERO,
+            open_tabletop: Vec3::ZERO,
+        };
+        let open = lighting.key_color * key.z.max(0.0) + light.above(map.diffuse(Vec3::Z));
+        light.open_floor = FLOOR_SHARE * open * room.decor.floor_color();
+        light.open_tabletop = open * room.tabletop.color;
+        light
+    }
+
+    /// Factor on light that exposes the tabletop well: the darker it is, the longer.
+    pub fn exposure(&self) -> f32 {
+        (EXPOSED_AS_IS / luminance(self.open_tabletop).max(0.01)).powf(COMPENSATED).clamp(0.75, 1.6)
+    }
+
+    /// Radiance of what is above the horizon.
+    fn above(&self, shares: Shares) -> Vec3 {
+        self.window * shares.x + self.wall * shares.y + self.ceiling * shares.z
+    }
+
+    /// A direction of the world in the frame of the map.
+    fn in_map(&self, d: Vec3A) -> Vec3 {
+        let w = self.toward_window;
+        Vec3::new(d.x * w.x + d.y * w.y, d.y * w.x - d.x * w.y, d.z)
+    }
+
+    /// Light that a white matte surface of that normal reflects. `bounce` is that of [`Self::bounce`].
+    pub fn diffuse(&self, normal: Vec3A, seen: SkyShare, bounce: Vec3) -> Vec3 {
+        let shares = self.map.diffuse(self.in_map(normal));
+        self.above(shares) * arriving(seen) + bounce * shares.w
+    }
+
+    /// Light that a surface point mirrors from a direction, blurred by `roughness`.
+    pub fn mirrored(
+        &self,
+        point: Vec3A,
+        direction: Vec3A,
+        roughness: f32,
+        seen: SkyShare,
+        bounce: Vec3,
+    ) -> Vec3 {
+        let shares = self.map.mirrored(self.in_map(direction), roughness);
+        let above = self.above(shares) * arriving(seen);
+        if shares.w <= 0.0 {
+            return above;
+        }
+        let on_tabletop = self.share_on_tabletop(point, direction, roughness);
+        let tabletop = self.open_tabletop * (0.3 + 0.7 * seen.open);
+        above + shares.w * bounce.lerp(tabletop, on_tabletop)
+    }
+
+    /// Light that a wall of that inward normal reflects where nothing is near.
+    pub fn on_wall(&self, normal: Vec3A) -> Vec3 {
+        let shares = self.map.diffuse(self.in_map(normal));
+        self.above(shares) + shares.w * self.open_floor
+    }
+
+    /// Share of a ray, widened by `roughness`, that meets the tabletop.
+    fn share_on_tabletop(&self, point: Vec3A, direction: Vec3A, roughness: f32) -> f32 {
+        let tabletop = &self.room.tabletop;
+        let height = point.z - tabletop.z_m as f32;
+        if height < -0.01 {
+            return 0.0;
+        }
+        let length = height.max(0.0) / (-direction.z).max(0.1);
+        let at = Vec2::new(point.x, point.y) + length * Vec2::new(direction.x, direction.y);
+        let (low, high) = (tabletop.low_m.as_vec2(), tabletop.high_m.as_vec2());
+        let outside = (low - at).max(at - high).max_element();
+        (0.5 - outside / (0.02 + roughness * length)).clamp(0.0, 1.0)
+    }
+
+    /// Radiance of what lies below a surface point, in the direction that its normal and straight down enclose.
+    pub fn bounce(&self, sky: &Sky, point: Vec3A, normal: Vec3A) -> Vec3 {
+        /// Above this height of the normal nothing below is seen.
+        const LEVEL: f32 = 0.98;
+        if normal.z > LEVEL {
+            return Vec3::ZERO;
+        }
+        let toward = Vec3A::new(normal.x, normal.y, normal.z - 1.0).normalize_or(Vec3A::NEG_Z);
+        let tabletop = &self.room.tabletop;
+        let mut at = met(point, toward, tabletop.z_m as f32);
+        let (low, high) = (tabletop.low_m.as_vec2(), tabletop.high_m.as_vec2());
+        let over = Vec2::new(at.x, at.y);
+        let on_tabletop =
+            point.z > tabletop.z_m as f32 - 0.002 && over.cmpge(low).all() && over.cmple(high).all();
+        if !on_tabletop {
+            at = met(point, toward, self.room.floor_z_m as f32);
+        }
+        let open = if on_tabletop { self.open_tabletop } else { self.open_floor };
+        open * (SHADED + (1.0 - SHADED) * sky.seen_from(at, Vec3A::Z).arriving)
+    }
+}
+
+/// Share of light from above that arrives. Corners darken faster than openness falls, since the open directions that
+/// are left there are near the horizon, which the maps do not reach.
+fn arriving(seen: SkyShare) -> f32 {
+    0.06 + 0.94 * seen.arriving * (0.6 + 0.4 * seen.arriving)
+}
+
+/// Where a ray that descends meets a height; at its start if that lies below.
+fn met(point: Vec3A, toward: Vec3A, z_m: f32) -> Vec3A {
+    let length = (point.z - z_m).max(0.0) / (-toward.z).max(0.05);
+    (point + length * toward).with_z(z_m)
+}
