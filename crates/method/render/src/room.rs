@@ -52,10 +52,10 @@ const MIN_CONTRAST: f32 = 0.13;
 const DECORS: [(FloorFinish, [u32; 2], u32, u32); 8] = [
     (FloorFinish::Boards, [0xb98f62, 0xcfab80], 0xe6e0d6, 0xf4f2ee),
     (FloorFinish::Concrete, [0x93918d, 0xa9a6a1], 0xd6d5d1, 0xb9b7b3),
-    (FloorFinish::Boards, [0x5e4330, 0x79583f], 0xb4bcac, 0xeeece6),
+    (FloorFinish::Boards, [0x5c4637, 0x745a48], 0xb4bcac, 0xeeece6),
     (FloorFinish::Tiles, [0xc9c6c0, 0xdad7d1], 0xb9c7d1, 0xeef0f0),
-    (FloorFinish::Carpet, [0x7d8791, 0x929ca5], 0xe4dfd6, 0xf2f0ec),
-    (FloorFinish::Tiles, [0xa5684a, 0xbb7d5c], 0xe9dec9, 0xd8c7aa),
+    (FloorFinish::Carpet, [0x858686, 0x9a9a98], 0xe4dfd6, 0xf2f0ec),
+    (FloorFinish::Tiles, [0x9c715b, 0xb28a73], 0xe9dec9, 0xd8c7aa),
     (FloorFinish::Boards, [0xcdc3b4, 0xdfd7ca], 0x8fa3a3, 0xe9e9e4),
     (FloorFinish::Terrazzo, [0xbdb5aa, 0xd6cfc5], 0xdccabd, 0xf1ece6),
 ];

@@ -213,11 +213,8 @@ fn tabletop_of_room_is_darker_beside_an_object() {
     let objects = objects(&meshes);
     let room = room_around(&objects);
     let dark = Lighting { key_color: glam::Vec3::ZERO, ..Lighting::daylight(-0.6, 0.9) };
-    let scene = RenderScene {
-        objects,
-        lighting: dark.exposed_for(&room),
-        background: Background::in_room(room),
-    };
+    let scene =
+        RenderScene { objects, lighting: dark.exposed_for(&room), background: Background::in_room(room) };
     let top =
         TopView { width_px: 200, height_px: 140, meters_per_px: 0.005, center_m: DVec2::ZERO, eye_z_m: 1.0 };
     let frame = render(&scene, &View::Orthographic(top), &settings());

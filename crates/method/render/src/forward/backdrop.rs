@@ -6,7 +6,7 @@ use super::environment::Environment;
 use super::floor_light::FloorLight;
 use super::floor_pattern::floor_reflectance;
 use super::noise::value_noise;
-use super::room_light::RoomLight;
+use super::room_light::{RoomLight, WALL_SHARE};
 use crate::lighting::Background;
 use crate::room::Room;
 
@@ -142,7 +142,7 @@ impl Backdrop {
             let to_wall = (in_plan - low).min(high - in_plan).min_element();
             ambient = open * corner_shade(to_wall);
         } else {
-            key *= BESIDE_SUNSPOT + (1.0 - BESIDE_SUNSPOT) * sunspot.share(point);
+            key *= WALL_SHARE * (BESIDE_SUNSPOT + (1.0 - BESIDE_SUNSPOT) * sunspot.share(point));
             color = wall_reflectance(
                 room,
                 Vec2::new(in_plan.dot(Vec2::new(normal.y, normal.x)), height),

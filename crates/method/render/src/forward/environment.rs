@@ -28,6 +28,10 @@ pub struct Environment<'a> {
     pub room: Option<RoomLight>,
 }
 
+/// Smallest cosine of sky directions that count in a room. Nearer to the surface, the texels of the maps are too wide:
+/// facets of a round body would shade each other.
+pub const MIN_SKY_COSINE: f32 = 0.13;
+
 /// Ambient light at a surface point, shared by its neighborhood.
 #[derive(Clone, Copy, Debug)]
 pub struct Ambient {
@@ -69,7 +73,8 @@ impl<'a> Environment<'a> {
 
     /// Ambient light at a surface point.
     pub fn ambient(&self, point: Vec3A, normal: Vec3A) -> Ambient {
-        let seen = self.sky.seen_from(point, normal);
+        let min_cosine = if self.room.is_some() { MIN_SKY_COSINE } else { 0.0 };
+        let seen = self.sky.seen_from(point, normal, min_cosine);
         let bounce = self.room.as_ref().map_or(Vec3::ZERO, |room| room.bounce(self.sky, point, normal));
         Ambient { seen, bounce }
     }

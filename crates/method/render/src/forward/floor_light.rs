@@ -44,7 +44,7 @@ impl FloorLight {
             .into_par_iter()
             .map(|k| {
                 let xy = low + cell_m * Vec2::new((k % SIDE) as f32, (k / SIDE) as f32);
-                environment.on_floor(environment.sky.seen_from(Vec3A::new(xy.x, xy.y, z_m), Vec3A::Z))
+                environment.on_floor(environment.sky.seen_from(Vec3A::new(xy.x, xy.y, z_m), Vec3A::Z, 0.0))
             })
             .collect();
         let mut light = Self { low, nodes_per_m: 1.0 / cell_m, nodes };

@@ -5,6 +5,7 @@
 
 use glam::{Vec2, Vec3, Vec3A};
 
+use super::environment::MIN_SKY_COSINE;
 use super::environment_map::{EnvironmentMap, FURNISHED_ROOM, Shares};
 use super::sky::{Sky, SkyShare};
 use crate::room::luminance;
@@ -23,20 +24,26 @@ pub struct RoomLight {
     /// Of floor and tabletop where nothing shades them.
     pub open_floor: Vec3,
     pub open_tabletop: Vec3,
+    /// The tabletop as mirrors show it.
+    pub mirrored_tabletop: Vec3,
 }
 
 /// Radiance of windows, and of a white wall and ceiling.
 const WINDOW: Vec3 = Vec3::new(4.6, 4.75, 4.9);
 const WHITE_WALL: f32 = 0.5;
-const CEILING: Vec3 = Vec3::new(0.66, 0.65, 0.63);
+const CEILING: Vec3 = Vec3::new(0.55, 0.545, 0.53);
 /// Light on the floor around the scene, as a share of that on the tabletop.
 const FLOOR_SHARE: f32 = 0.7;
+/// Light on walls, as a share of that in the middle of the room: the backdrop stays behind the subject.
+pub const WALL_SHARE: f32 = 0.85;
 /// Share of the light of a place below that arrives where no sky is seen from there.
 const SHADED: f32 = 0.16;
 /// Lightest tabletop, linear, that is exposed as it is; darker ones are exposed longer.
 const EXPOSED_AS_IS: f32 = 0.27;
 /// Share of a difference in brightness, in stops, that exposure makes up for.
-const COMPENSATED: f32 = 0.4;
+const COMPENSATED: f32 = 0.33;
+/// Share of the tabletop's saturation that mirrors show: its own sheen, which is white, is part of what they mirror.
+const MIRRORED_SATURATION: f32 = 0.6;
 
 impl RoomLight {
     pub fn new(room: Room, lighting: &Lighting) -> Self {
@@ -51,10 +58,13 @@ impl RoomLight {
             ceiling: CEILING,
             open_floor: Vec3::ZERO,
             open_tabletop: Vec3::ZERO,
+            mirrored_tabletop: Vec3::ZERO,
         };
         let open = lighting.key_color * key.z.max(0.0) + light.above(map.diffuse(Vec3::Z));
         light.open_floor = FLOOR_SHARE * open * room.decor.floor_color();
         light.open_tabletop = open * room.tabletop.color;
+        let gray = Vec3::splat(luminance(light.open_tabletop));
+        light.mirrored_tabletop = gray.lerp(light.open_tabletop, MIRRORED_SATURATION);
         light
     }
 
@@ -95,14 +105,14 @@ impl RoomLight {
             return above;
         }
         let on_tabletop = self.share_on_tabletop(point, direction, roughness);
-        let tabletop = self.open_tabletop * (0.3 + 0.7 * seen.open);
+        let tabletop = self.mirrored_tabletop * (0.3 + 0.7 * seen.open);
         above + shares.w * bounce.lerp(tabletop, on_tabletop)
     }
 
     /// Light that a wall of that inward normal reflects where nothing is near.
     pub fn on_wall(&self, normal: Vec3A) -> Vec3 {
         let shares = self.map.diffuse(self.in_map(normal));
-        self.above(shares) + shares.w * self.open_floor
+        WALL_SHARE * (self.above(shares) + shares.w * self.open_floor)
     }
 
     /// Share of a ray, widened by `roughness`, that meets the tabletop.
@@ -137,7 +147,7 @@ impl RoomLight {
             at = met(point, toward, self.room.floor_z_m as f32);
         }
         let open = if on_tabletop { self.open_tabletop } else { self.open_floor };
-        open * (SHADED + (1.0 - SHADED) * sky.seen_from(at, Vec3A::Z).arriving)
+        open * (SHADED + (1.0 - SHADED) * sky.seen_from(at, Vec3A::Z, MIN_SKY_COSINE).arriving)
     }
 }
 

@@ -47,14 +47,15 @@ impl Sky {
         self.groups.iter().flat_map(SkyGroup::maps).take(self.directions)
     }
 
-    /// Share of the sky at a surface point; the whole sky if there are no maps.
-    pub fn seen_from(&self, point: Vec3A, normal: Vec3A) -> SkyShare {
+    /// Share of the sky at a surface point; the whole sky if there are no maps. Light from directions whose cosine to
+    /// the normal is below `min_cosine` does not count.
+    pub fn seen_from(&self, point: Vec3A, normal: Vec3A, min_cosine: f32) -> SkyShare {
         if self.groups.is_empty() {
             return SkyShare { arriving: 1.0, open: 1.0 };
         }
         let (mut lit, mut all, mut open) = (0.0_f32, 1e-4_f32, 0.0_f32);
         for group in &self.groups {
-            let shares = group.shares(point, normal);
+            let shares = group.shares(point, normal, min_cosine);
             lit += shares.lit;
             all += shares.all;
             open += shares.open;

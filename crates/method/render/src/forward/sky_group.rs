@@ -103,7 +103,8 @@ impl SkyGroup {
     }
 
     /// For each direction the share of light that reaches the point, with hard edges smoothed over a texel.
-    pub fn shares(&self, point: Vec3A, normal: Vec3A) -> GroupShares {
+    /// Directions whose cosine to the normal is below `min_cosine` count for openness alone.
+    pub fn shares(&self, point: Vec3A, normal: Vec3A, min_cosine: f32) -> GroupShares {
         // Offset by a texel from the surface, against self-shadowing.
         let q: [f32x8; 3] =
             std::array::from_fn(|k| f32x8::splat(point[k]) + f32x8::splat(normal[k]) * self.texel_m);
@@ -136,7 +137,7 @@ impl SkyGroup {
         let share = upper * (one - ty) + lower * ty;
         let [u, v, w] = self.toward;
         let (a, b, c) = (f32x8::splat(normal.x), f32x8::splat(normal.y), f32x8::splat(normal.z));
-        let cosine = (a * u + b * v + c * w).fast_max(f32x8::ZERO);
+        let cosine = (a * u + b * v + c * w - f32x8::splat(min_cosine)).fast_max(f32x8::ZERO);
         GroupShares { lit: (cosine * share).reduce_add(), all: cosine.reduce_add(), open: share.reduce_add() }
     }
 }

@@ -73,10 +73,10 @@ fn in_room(origin: vec3<f32>, direction: vec3<f32>) -> BackdropPlace {
         let ambient = floor_light(point.xy) * corner_shade(min(to_wall.x, to_wall.y));
         return BackdropPlace(floor_reflectance(point.xy, footprint), true, point, normal, key, ambient);
     }
-    key *= 0.3 + 0.7 * sunspot_share(point);
+    key *= WALL_SHARE * (0.3 + 0.7 * sunspot_share(point));
     let color = wall_reflectance(vec2(dot(point.xy, normal.yx), height), footprint);
     let shares = diffuse_shares(normal);
-    let open = from_above(shares) + shares.w * room_vec3(12u);
+    let open = WALL_SHARE * (from_above(shares) + shares.w * room_vec3(12u));
     let ambient = open * corner_shade(height) * (0.92 + 0.08 * min(height / 1.2, 1.0));
     return BackdropPlace(color, true, point, normal, key, ambient);
 }

@@ -9,7 +9,7 @@ use wgpu::{
 use super::job::{Job, Phase, Strip};
 use crate::forward::projection::NEAR_M;
 use crate::forward::scene_buffers::TriangleFilter;
-use crate::forward::{environment_map, light_map, sky};
+use crate::forward::{environment, environment_map, light_map, room_light, sky};
 use gpu::Gpu;
 use gpu::transfer::sized;
 
@@ -141,6 +141,8 @@ fn constants(samples: usize) -> String {
         ("BORDER", light_map::BORDER),
         ("FEW_BLOCKS", light_map::FEW_BLOCKS),
         ("NARROW", light_map::NARROW),
+        ("MIN_SKY_COSINE", environment::MIN_SKY_COSINE),
+        ("WALL_SHARE", room_light::WALL_SHARE),
         ("ROUGHNESS_STEPS", environment_map::ROUGHNESS_STEPS),
         ("SKY_SAME_DIRECTION", sky::SAME_DIRECTION),
         ("SKY_NEAR_PX", sky::NEAR_PX),

@@ -69,4 +69,5 @@ fn push_room(words: &mut Words, layout: &mut LightLayout, light: &RoomLight, sun
     words.push(
         SIDES.iter().zip(map.starts).flat_map(|(side, start)| [*side as u32, texels_at + 4 * start as u32]),
     );
+    words.push_floats(light.mirrored_tabletop.to_array());
 }

@@ -95,7 +95,7 @@ fn room_mirrored(
     if shares.w <= 0.0 {
         return above;
     }
-    let tabletop = room_vec3(16u) * (0.3 + 0.7 * seen.open);
+    let tabletop = room_vec3(63u) * (0.3 + 0.7 * seen.open);
     return above + shares.w * mix(bounce, tabletop, share_on_tabletop(point, direction, roughness));
 }
 

@@ -31,7 +31,8 @@ pub(super) struct Capacity {
     pub fewest_layers: usize,
 }
 
-const CAPACITY: Capacity = Capacity { pixels: 1 << 20, samples: 1 << 22, layers_of_a_pixel: 4, fewest_layers: 1 << 16 };
+const CAPACITY: Capacity =
+    Capacity { pixels: 1 << 20, samples: 1 << 22, layers_of_a_pixel: 4, fewest_layers: 1 << 16 };
 
 const LAYER_BYTES: usize = 16;
 /// Rows of the lowest strip: whole blocks that share light from the sky.

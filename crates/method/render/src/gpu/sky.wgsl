@@ -16,6 +16,7 @@ fn scene_rows(at: u32) -> array<vec4<f32>, 3> {
 }
 
 fn sky_seen_from(point: vec3<f32>, normal: vec3<f32>) -> SkyShare {
+    let min_cosine = select(0.0, MIN_SKY_COSINE, job.has_room != 0u);
     if job.directions == 0u {
         return SkyShare(1.0, 1.0);
     }
@@ -41,7 +42,7 @@ fn sky_seen_from(point: vec3<f32>, normal: vec3<f32>) -> SkyShare {
         let lit_lower = select(0.0, 1.0 - t.x, scene_f32(lower) <= lit_up_to)
             + select(0.0, t.x, scene_f32(lower + 1u) <= lit_up_to);
         let share = lit_upper * (1.0 - t.y) + lit_lower * t.y;
-        let cosine = max(dot(normal, scene_vec3(at)), 0.0);
+        let cosine = max(dot(normal, scene_vec3(at)) - min_cosine, 0.0);
         lit += cosine * share;
         all += cosine;
         open += share;
