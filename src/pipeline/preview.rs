@@ -58,31 +58,39 @@ pub struct Studio<'a> {
 
 impl<'a> Studio<'a> {
     pub fn new(bodies: &'a [PreviewBody<'a>], quality: &RenderSettings) -> Self {
+        Self::of(bodies, |objects| SceneCache::new(objects, quality))
+    }
+
+    fn of(
+        bodies: &'a [PreviewBody<'a>],
+        cached: impl FnOnce(Vec<RenderObject<'a>>) -> SceneCache<'a>,
+    ) -> Self {
         let objects = bodies
             .iter()
             .zip(1..)
             .map(|(body, id)| RenderObject { mesh: body.mesh, world_from_object: body.world_from_object, id })
             .collect();
         let (low_m, high_m) = bounds(bodies);
-        let scene_cache = Arc::new(SceneCache::new(objects, quality));
+        let scene_cache = Arc::new(cached(objects));
         Self { bodies, scene_cache, on_gpu: None, lit_by: None, room: None, low_m, high_m }
+    }
+
+    /// A studio with a room of that seed around the first body, a table, for the images that are for people. Images that
+    /// are compared with others stay in the studio.
+    pub fn with_room(bodies: &'a [PreviewBody<'a>], quality: &RenderSettings, seed: u64) -> Self {
+        let studio = Self::of(bodies, |objects| SceneCache::new(objects, quality).for_rooms());
+        let table = bodies.first().map(|table| RenderObject {
+            mesh: table.mesh,
+            world_from_object: table.world_from_object,
+            id: 1,
+        });
+        let around = |table| Room::around(studio.low_m, studio.high_m, Tabletop::of(&table), seed);
+        Self { room: table.map(around), ..studio }
     }
 
     /// Returns the studio in another light, which stays where it is when the viewer moves.
     pub fn lit_by(mut self, light: Option<Light>) -> Self {
         self.lit_by = light;
-        self
-    }
-
-    /// Returns the studio with a room of that seed around the first body, a table, for the images of people. Images
-    /// that are compared with others stay in the studio.
-    pub fn in_room(mut self, seed: u64) -> Self {
-        let table = self.bodies.first().map(|table| RenderObject {
-            mesh: table.mesh,
-            world_from_object: table.world_from_object,
-            id: 1,
-        });
-        self.room = table.map(|table| Room::around(self.low_m, self.high_m, Tabletop::of(&table), seed));
         self
     }
 

@@ -70,9 +70,8 @@ pub(super) fn render(
             world_from_object: body.resolved.settled,
         })
         .collect();
-    let studio = Studio::new(&bodies, &inputs.render)
-        .lit_by(inputs.composition.light)
-        .in_room(inputs.identity.request.seed);
+    let studio = Studio::with_room(&bodies, &inputs.render, inputs.identity.request.seed)
+        .lit_by(inputs.composition.light);
     let studio = match gpu {
         Some(gpu) => studio.on(gpu)?,
         None => studio,

@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (low, high) = meshes[0].0.bounds();
         let room = Room::around(low, high, Tabletop::of(&bodies[0]), seed);
         let start = Instant::now();
-        let scene_cache = SceneCache::new(bodies, &SETTINGS);
+        let scene_cache = SceneCache::new(bodies, &SETTINGS).for_rooms();
         let cached = start.elapsed();
         let target = DVec3::new(0.0, 0.0, 0.05);
         for (view_name, azimuth_rad, elevation_rad, distance_m) in

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Background, Frame, GeometryFrame, Lighting, RenderObject, RenderSettings, View};
 use crate::forward::bands::{self, ExtraOutputs, Light, VisibleSurfaces};
-use crate::forward::scene_buffers::SceneBuffers;
+use crate::forward::scene_buffers::{SceneBuffers, TriangleFilter};
 use crate::forward::sky::Sky;
 use crate::forward::surface_colors::SurfaceColors;
 use imaging::Image;
@@ -14,6 +14,8 @@ use imaging::Image;
 pub struct SceneCache<'a> {
     pub(super) scene_buffers: SceneBuffers<'a>,
     pub(super) sky: Sky,
+    /// The sky of rooms, if it is another.
+    pub(super) sky_past_glass: Option<Sky>,
     colors: Arc<SurfaceColors<'a>>,
     pub(super) settings: RenderSettings,
 }
@@ -21,9 +23,26 @@ pub struct SceneCache<'a> {
 impl<'a> SceneCache<'a> {
     pub fn new(objects: Vec<RenderObject<'a>>, settings: &RenderSettings) -> Self {
         let scene_buffers = SceneBuffers::new(objects);
-        let sky = Sky::new(&scene_buffers, settings);
+        let sky = Sky::new(&scene_buffers, TriangleFilter::All, settings);
         let colors = Arc::new(SurfaceColors::new(&scene_buffers.objects));
-        Self { scene_buffers, sky, colors, settings: settings.clone() }
+        Self { scene_buffers, sky, sky_past_glass: None, colors, settings: settings.clone() }
+    }
+
+    /// Prepares for images in rooms, where glass does not shade the sky: the screen by which it does would show as dots
+    /// on what stands beside it. Images of other scenes remain as they are.
+    pub fn for_rooms(mut self) -> Self {
+        let all = self.scene_buffers.all();
+        let has_glass = self.scene_buffers.drawn(TriangleFilter::Transparent, &all).len() > 0;
+        self.sky_past_glass =
+            has_glass.then(|| Sky::new(&self.scene_buffers, TriangleFilter::Opaque, &self.settings));
+        self
+    }
+
+    pub(super) fn sky_for(&self, background: &Background) -> &Sky {
+        match &self.sky_past_glass {
+            Some(sky) if background.room.is_some() => sky,
+            _ => &self.sky,
+        }
     }
 
     /// Color as [`render`](crate::render) gives it for these objects.
@@ -57,7 +76,7 @@ impl<'a> SceneCache<'a> {
         view: &View,
         extra: ExtraOutputs,
     ) -> (Image, VisibleSurfaces) {
-        let light = Light { sky: &self.sky, lighting, background };
+        let light = Light { sky: self.sky_for(&background), lighting, background };
         bands::render(&self.scene_buffers, self.colors.clone(), &light, view, &self.settings, extra)
     }
 }

@@ -71,12 +71,16 @@ impl<'a> Environment<'a> {
         if self.room.is_some() { ToneCurve::Photographic } else { ToneCurve::Knee }
     }
 
-    /// Ambient light at a surface point.
-    pub fn ambient(&self, point: Vec3A, normal: Vec3A) -> Ambient {
-        let min_cosine = if self.room.is_some() { MIN_SKY_COSINE } else { 0.0 };
-        let seen = self.sky.seen_from(point, normal, min_cosine);
-        let bounce = self.room.as_ref().map_or(Vec3::ZERO, |room| room.bounce(self.sky, point, normal));
-        Ambient { seen, bounce }
+    /// Ambient light at a surface point; `flat_normal` is that of its triangle. Without the directions nearest to the
+    /// surface, the smooth normal does not leak light through the flat face.
+    pub fn ambient(&self, point: Vec3A, flat_normal: Vec3A, normal: Vec3A) -> Ambient {
+        match &self.room {
+            Some(room) => Ambient {
+                seen: self.sky.seen_from(point, normal, MIN_SKY_COSINE),
+                bounce: room.bounce(self.sky, point, normal),
+            },
+            None => Ambient { seen: self.sky.seen_from(point, flat_normal, 0.0), bounce: Vec3::ZERO },
+        }
     }
 
     /// Reciprocal of the light on an unshadowed floor.
@@ -144,6 +148,6 @@ pub fn shadows_of(
     shadow_map_px: u32,
     max_texels_per_m: f64,
 ) -> Option<LightMap> {
-    let (side_px, radius_rad) = (shadow_map_px.min(4096), Some(lighting.key_radius_rad));
+    let (side_px, radius_rad) = (shadow_map_px.min(4096), lighting.key_radius_rad);
     LightMap::of_part(scene_buffers, casters, lighting.toward_key, side_px, max_texels_per_m, radius_rad)
 }

@@ -51,23 +51,42 @@ pub const SEARCH_GROUPS: usize = 2;
 pub const NARROW: f32 = 2.0;
 
 impl LightMap {
-    /// Renders the objects from `toward_light`. `radius_rad` is the angular radius of the light for later soft-shadow
-    /// queries; without it the map has its keys only.
-    pub fn new(
+    /// Renders the objects, or the opaque ones, from `toward_light`. The map has its keys only.
+    pub fn of_casters(
         scene_buffers: &SceneBuffers,
+        casters: TriangleFilter,
         toward_light: DVec3,
         longest_side_px: u32,
-        radius_rad: Option<f64>,
     ) -> Option<Self> {
         let all = scene_buffers.all();
-        Self::of_part(scene_buffers, &all, toward_light, longest_side_px, f64::INFINITY, radius_rad)
+        Self::placed(scene_buffers, (&all, casters), toward_light, longest_side_px, f64::INFINITY, None)
     }
 
-    /// As [`Self::new`], of the shadows that consecutive objects cast, with texels no finer than `max_texels_per_m`.
-    /// The penumbra is as wide as on the farthest of all objects.
+    /// The map of the shadows that consecutive objects cast, with texels no finer than `max_texels_per_m`. `radius_rad`
+    /// is the angular radius of the light for later soft-shadow queries; the penumbra is as wide as on the farthest of
+    /// all objects.
     pub fn of_part(
         scene_buffers: &SceneBuffers,
         casters: &Range<usize>,
+        toward_light: DVec3,
+        longest_side_px: u32,
+        max_texels_per_m: f64,
+        radius_rad: f64,
+    ) -> Option<Self> {
+        let casters = (casters, TriangleFilter::All);
+        Self::placed(
+            scene_buffers,
+            casters,
+            toward_light,
+            longest_side_px,
+            max_texels_per_m,
+            Some(radius_rad),
+        )
+    }
+
+    fn placed(
+        scene_buffers: &SceneBuffers,
+        (casters, keep): (&Range<usize>, TriangleFilter),
         toward_light: DVec3,
         longest_side_px: u32,
         max_texels_per_m: f64,
@@ -118,7 +137,7 @@ impl LightMap {
                 center_y: BORDER,
             },
         };
-        let keys = draw(scene_buffers, casters, &projection);
+        let keys = draw(scene_buffers, casters, keep, &projection);
         let widening = radius_rad.map_or(0.0, f64::tan) * texels_per_m;
         let reach = ((extent.z * widening) as f32).clamp(1.0, 40.0);
         let mut map = Self {
@@ -372,14 +391,19 @@ pub fn sampling_patterns() -> Vec<f32> {
     DISKS.iter().flat_map(disk).collect()
 }
 
-fn draw(scene_buffers: &SceneBuffers, casters: &Range<usize>, projection: &Projection) -> Vec<f32> {
+fn draw(
+    scene_buffers: &SceneBuffers,
+    casters: &Range<usize>,
+    keep: TriangleFilter,
+    projection: &Projection,
+) -> Vec<f32> {
     const BAND_ROWS: usize = 64;
     /// Smallest rayon task, texels.
     const TASK_TEXELS: usize = 1 << 16;
     let prepared = ViewGeometry::refreshed(scene_buffers, projection, Vec::new(), casters);
     let projected = prepared.projected_part(projection, casters);
     let opaque = projected.bin(BAND_ROWS, TriangleFilter::Opaque);
-    let glass = projected.bin(BAND_ROWS, TriangleFilter::Transparent);
+    let glass = (keep == TriangleFilter::All).then(|| projected.bin(BAND_ROWS, TriangleFilter::Transparent));
     let (width, height) = (projection.width_px, projection.height_px);
     let mut keys = vec![f32::NEG_INFINITY; width * height];
     keys.par_chunks_mut((BAND_ROWS * width).max(1))
@@ -389,7 +413,8 @@ fn draw(scene_buffers: &SceneBuffers, casters: &Range<usize>, projection: &Proje
             let mut band = Band::new(index * BAND_ROWS, keys.len() / width, width);
             opaque.band(index).for_each(|t| band.draw(t, 0xffff));
             // Glass stops a third of the light: every third texel of a regular screen.
-            glass.band(index).for_each(|t| band.draw(t, 0b1000_0010_1000_0010));
+            let glass = glass.iter().flat_map(|glass| glass.band(index));
+            glass.for_each(|t| band.draw(t, 0b1000_0010_1000_0010));
             for (row, keys) in keys.chunks_exact_mut(width).enumerate() {
                 keys.copy_from_slice(band.key_row(row));
             }

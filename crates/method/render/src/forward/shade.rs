@@ -242,7 +242,7 @@ impl<'a> Shader<'a> {
         reaching: impl Fn() -> f32,
     ) -> Vec3 {
         let Surroundings { environment, colors, .. } = self.surroundings;
-        let ambient = nearby.at(environment, s.point, s.flat_normal, pixel_size_m);
+        let ambient = nearby.at(environment, (s.point, s.flat_normal, s.normal), pixel_size_m);
         let incidence = self.incidence(s, &ambient, reaching);
         let (diffuse, specular) = incidence.reflected(colors.material(s), colors.albedo(s, pixel_size_m));
         (diffuse + specular) * environment.lighting.exposure
@@ -257,7 +257,7 @@ impl<'a> Shader<'a> {
         turn: f32,
     ) -> [Vec3; SETS] {
         let environment = &self.surroundings.environment;
-        let ambient = environment.ambient(s.point, s.flat_normal);
+        let ambient = environment.ambient(s.point, s.flat_normal, s.normal);
         let incidence =
             self.incidence(s, &ambient, || environment.key_visibility(s.point, s.flat_normal, turn));
         let mut light = [Vec3::ZERO; SETS];
@@ -283,7 +283,7 @@ impl<'a> Shader<'a> {
         turn: f32,
     ) -> [(Vec3, Vec3); SETS] {
         let environment = &self.surroundings.environment;
-        let ambient = environment.ambient(s.point, s.flat_normal);
+        let ambient = environment.ambient(s.point, s.flat_normal, s.normal);
         let reaching = || environment.key_visibility(s.point, s.flat_normal, turn);
         let incidence = self.incidence(s, &ambient, reaching);
         let facing = s.normal.dot(s.toward_eye).clamp(0.0, 1.0);

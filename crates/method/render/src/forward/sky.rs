@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::environment::{Ambient, Environment};
 use super::light_map::{LightMap, sky_directions};
-use super::scene_buffers::SceneBuffers;
+use super::scene_buffers::{SceneBuffers, TriangleFilter};
 use super::sky_group::{SkyGroup, SkyMap};
 use crate::RenderSettings;
 
@@ -29,13 +29,13 @@ pub struct SkyShare {
 pub static OPEN_SKY: Sky = Sky { groups: Vec::new(), directions: 0 };
 
 impl Sky {
-    /// Renders an occlusion map of the objects from every direction.
-    pub fn new(scene_buffers: &SceneBuffers, settings: &RenderSettings) -> Self {
+    /// Renders an occlusion map of the objects, or of the opaque ones, from every direction.
+    pub fn new(scene_buffers: &SceneBuffers, casters: TriangleFilter, settings: &RenderSettings) -> Self {
         let directions: Vec<(Vec3A, LightMap)> = sky_directions(settings.sky_directions.min(64))
             .into_par_iter()
             .filter_map(|d| {
-                let map =
-                    LightMap::new(scene_buffers, d.as_dvec3(), settings.sky_map_px.clamp(32, 1024), None)?;
+                let side_px = settings.sky_map_px.clamp(32, 1024);
+                let map = LightMap::of_casters(scene_buffers, casters, d.as_dvec3(), side_px)?;
                 Some((Vec3A::from(d), map))
             })
             .collect();
@@ -82,21 +82,20 @@ impl SkyNearby {
     pub fn at(
         &mut self,
         environment: &Environment,
-        point: Vec3A,
-        normal: Vec3A,
+        (point, flat_normal, normal): (Vec3A, Vec3A, Vec3A),
         pixel_size_m: f32,
     ) -> Ambient {
         if let Some((near, direction, ambient)) = self.0 {
             let offset = point - near;
-            if normal.dot(direction) > SAME_DIRECTION
+            if flat_normal.dot(direction) > SAME_DIRECTION
                 && offset.length_squared() < (NEAR_PX * pixel_size_m).powi(2)
                 && offset.dot(direction).abs() < SAME_PLANE_PX * pixel_size_m
             {
                 return ambient;
             }
         }
-        let ambient = environment.ambient(point, normal);
-        self.0 = Some((point, normal, ambient));
+        let ambient = environment.ambient(point, flat_normal, normal);
+        self.0 = Some((point, flat_normal, ambient));
         ambient
     }
 }

@@ -50,7 +50,7 @@ fn shown(
     var neighborhood = *nearby;
     // Light on glass is not carried over.
     neighborhood.known = neighborhood.known && !layered;
-    let around = ambient_nearby(&neighborhood, s.point, s.flat_normal, seen_px_m);
+    let around = ambient_nearby(&neighborhood, s.point, s.flat_normal, s.normal, seen_px_m);
     let light = reflected(s, material, albedo, nl, reaching, around);
     if layered {
         return glass(s, material, albedo, light);

@@ -77,15 +77,15 @@ impl Job<'_> {
         words.push([self.width_px() as u32, (height_px / self.samples) as u32]);
         words.push([strip.first_row_px as u32, strip.rows_px as u32, self.scene.triangles]);
         words.push([phase as u32, kept as u32, self.layer_capacity, self.scene.directions]);
-        let SceneLayout { triangles_at, materials_at, directions_at, disks_at, linear_of_srgb_at, .. } =
-            self.scene;
+        let has_room = self.light.is_some_and(|(light, _)| light.environment.room.is_some());
+        let SceneLayout { triangles_at, materials_at, disks_at, linear_of_srgb_at, .. } = self.scene;
+        let directions_at = if has_room { self.scene.room_directions_at } else { self.scene.directions_at };
         words.push([triangles_at, materials_at, directions_at, disks_at, linear_of_srgb_at]);
         let [width, height, coarse_width, coarse_height] = map.map_or([0; 4], |map| {
             [map.width, map.height, map.coarse_width, map.coarse.len() / map.coarse_width]
         });
         words.push([width, height, coarse_width, coarse_height].map(|n| n as u32));
         let layout = self.light.map(|(_, layout)| layout).unwrap_or_default();
-        let has_room = self.light.is_some_and(|(light, _)| light.environment.room.is_some());
         words.push([layout.coarse_at, layout.fine_at, layout.floor_at, u32::from(has_room), layout.room_at]);
         words.fill_quadruple();
         words

@@ -50,7 +50,8 @@ pub struct GpuSceneCache<'a> {
 impl<'a> GpuSceneCache<'a> {
     /// Uploads the view-independent data.
     pub fn new(gpu: Arc<Gpu>, scene_cache: Arc<SceneCache<'a>>) -> Result<Self, GpuError> {
-        let (words, layout) = scene_words(&scene_cache.scene_buffers, &scene_cache.sky);
+        let (words, layout) =
+            scene_words(&scene_cache.scene_buffers, &scene_cache.sky, scene_cache.sky_past_glass.as_ref());
         let bytes = words.bytes().len().max(2 * 4 * layout.triangles as usize);
         check_fits(&gpu, "uploading a scene", bytes)?;
         let scene = gpu.guarded("uploading a scene", || Ok(filled(&gpu, &words)))?;
@@ -113,7 +114,8 @@ impl<'a> GpuSceneCache<'a> {
     }
 
     fn light(&self, lighting: Lighting, background: Background, view: &View) -> ImageLight<'_> {
-        let SceneCache { scene_buffers, sky, settings, .. } = &*self.scene_cache;
+        let SceneCache { scene_buffers, settings, .. } = &*self.scene_cache;
+        let sky = self.scene_cache.sky_for(&background);
         let environment = Environment::new(scene_buffers, sky, lighting, shadow_map_px(settings, view))
             .in_room(background.room);
         let light = |z_m: f64| FloorLight::new(scene_buffers, &environment, z_m as f32);

@@ -21,6 +21,8 @@ pub struct SceneLayout {
     pub materials_at: u32,
     pub directions: u32,
     pub directions_at: u32,
+    /// Those of the sky of rooms.
+    pub room_directions_at: u32,
     pub disks_at: u32,
     pub linear_of_srgb_at: u32,
     pub has_glass: bool,
@@ -30,7 +32,11 @@ const ONE_SIDED: u32 = 1;
 const TRANSPARENT: u32 = 2;
 
 /// The buffer's content.
-pub fn scene_words(scene_buffers: &SceneBuffers, sky: &Sky) -> (Words, SceneLayout) {
+pub fn scene_words(
+    scene_buffers: &SceneBuffers,
+    sky: &Sky,
+    sky_of_rooms: Option<&Sky>,
+) -> (Words, SceneLayout) {
     let mut words = Words::default();
     let mut layout =
         SceneLayout { triangles: scene_buffers.triangles.len() as u32, ..SceneLayout::default() };
@@ -71,7 +77,8 @@ pub fn scene_words(scene_buffers: &SceneBuffers, sky: &Sky) -> (Words, SceneLayo
     words.push_floats(light_map::sampling_patterns());
     layout.linear_of_srgb_at = words.count();
     words.push_floats(LINEAR_OF_SRGB.iter().copied());
-    push_sky(&mut words, &mut layout, sky);
+    (layout.directions_at, layout.directions) = push_sky(&mut words, sky);
+    layout.room_directions_at = sky_of_rooms.map_or(layout.directions_at, |sky| push_sky(&mut words, sky).0);
     (words, layout)
 }
 
@@ -91,8 +98,8 @@ fn push_texture(words: &mut Words, texture: &imaging::Texture) -> u32 {
     at
 }
 
-/// Of each direction 20 words; the maps' keys before them.
-fn push_sky(words: &mut Words, layout: &mut SceneLayout, sky: &Sky) {
+/// Of each direction 20 words, with the maps' keys before them: where they are, and their number.
+fn push_sky(words: &mut Words, sky: &Sky) -> (u32, u32) {
     let maps: Vec<_> = sky.maps().collect();
     let keys_at: Vec<u32> = maps
         .iter()
@@ -102,11 +109,11 @@ fn push_sky(words: &mut Words, layout: &mut SceneLayout, sky: &Sky) {
             at
         })
         .collect();
-    layout.directions = maps.len() as u32;
-    layout.directions_at = words.count();
+    let (at, count) = (words.count(), maps.len() as u32);
     for (map, keys_at) in maps.iter().zip(keys_at) {
         words.push_vector(map.toward, map.texel_m);
         words.push_rows(map.texel_from_world);
         words.push([map.width as u32, map.height as u32, keys_at, 0]);
     }
+    (at, count)
 }

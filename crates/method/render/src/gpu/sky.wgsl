@@ -57,13 +57,14 @@ struct Ambient {
 }
 
 // The sky is sought in one place of the code, at the point and then below it: drivers inline every call.
-fn ambient_at(point: vec3<f32>, normal: vec3<f32>) -> Ambient {
+fn ambient_at(point: vec3<f32>, flat_normal: vec3<f32>, normal: vec3<f32>) -> Ambient {
     let lower = below(point, normal);
+    let above = select(flat_normal, normal, job.has_room != 0u);
     let places = select(1u, 2u, lower.counts);
     var ambient: Ambient;
     for (var k = 0u; k < places; k++) {
         let seen =
-            sky_seen_from(select(lower.point, point, k == 0u), select(vec3(0.0, 0.0, 1.0), normal, k == 0u));
+            sky_seen_from(select(lower.point, point, k == 0u), select(vec3(0.0, 0.0, 1.0), above, k == 0u));
         if k == 0u {
             ambient.seen = seen;
         } else {
@@ -84,19 +85,20 @@ struct Nearby {
 fn ambient_nearby(
     nearby: ptr<function, Nearby>,
     point: vec3<f32>,
+    flat_normal: vec3<f32>,
     normal: vec3<f32>,
     pixel_size_m: f32,
 ) -> Ambient {
     if (*nearby).known {
         let offset = point - (*nearby).point;
         let near_m = SKY_NEAR_PX * pixel_size_m;
-        if dot(normal, (*nearby).normal) > SKY_SAME_DIRECTION
+        if dot(flat_normal, (*nearby).normal) > SKY_SAME_DIRECTION
             && dot(offset, offset) < near_m * near_m
             && abs(dot(offset, (*nearby).normal)) < SKY_SAME_PLANE_PX * pixel_size_m {
             return (*nearby).ambient;
         }
     }
-    let ambient = ambient_at(point, normal);
-    *nearby = Nearby(true, point, normal, ambient);
+    let ambient = ambient_at(point, flat_normal, normal);
+    *nearby = Nearby(true, point, flat_normal, ambient);
     return ambient;
 }

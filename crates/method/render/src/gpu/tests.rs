@@ -179,8 +179,9 @@ impl Apart {
 #[test]
 fn gpu_images_agree_with_cpu() {
     let placed = laid_table();
-    let dioramas: Vec<_> =
-        [1, 2].map(|samples| Arc::new(SceneCache::new(objects(&placed), &settings(samples)))).into();
+    let dioramas: Vec<_> = [1, 2]
+        .map(|samples| Arc::new(SceneCache::new(objects(&placed), &settings(samples)).for_rooms()))
+        .into();
     for gpu in devices() {
         for scene_cache in &dioramas {
             let mut drawn = GpuSceneCache::new(gpu.clone(), scene_cache.clone()).expect("uploaded");
