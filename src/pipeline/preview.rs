@@ -50,7 +50,7 @@ pub struct Studio<'a> {
     on_gpu: Option<GpuSceneCache<'a>>,
     /// Light of the scene, if it is not the studio's.
     lit_by: Option<Light>,
-    /// Where hero and sides are seen, if it is not the studio.
+    /// Surroundings of hero and sides, if these are not in the studio.
     room: Option<Room>,
     low_m: DVec3,
     high_m: DVec3,
@@ -75,7 +75,7 @@ impl<'a> Studio<'a> {
         Self { bodies, scene_cache, on_gpu: None, lit_by: None, room: None, low_m, high_m }
     }
 
-    /// A studio with a room of that seed around the first body, a table, for the images that are for people. Images that
+    /// A studio with a room of that seed around the first body, a table, for images that people see. Images that
     /// are compared with others stay in the studio.
     pub fn with_room(bodies: &'a [PreviewBody<'a>], quality: &RenderSettings, seed: u64) -> Self {
         let studio = Self::of(bodies, |objects| SceneCache::new(objects, quality).for_rooms());

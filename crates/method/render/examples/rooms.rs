@@ -14,9 +14,9 @@ const SETTINGS: RenderSettings =
     RenderSettings { supersampling: 2, shadow_map_px: 1024, sky_directions: 16, sky_map_px: 256 };
 
 /// Name, table model and its material, seed of the room, and objects with their places.
-type Laid = (&'static str, &'static str, &'static str, u64, &'static [(&'static str, f64, f64)]);
+type LaidTable = (&'static str, &'static str, &'static str, u64, &'static [(&'static str, f64, f64)]);
 
-const SCENES: [Laid; 4] = [
+const SCENES: [LaidTable; 4] = [
     (
         "shiny",
         "dining_table",

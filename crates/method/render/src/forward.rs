@@ -2,7 +2,8 @@
 //!
 //! [`scene_buffers`] holds the placed geometry, [`prepare`] projects and bins it, [`raster`] fills the z-buffer of one
 //! band of rows, [`shade`] and [`shade_band`] turn surfaces into light, [`tone_map`] turns light into sRGB, and
-//! [`bands`] runs these steps on rayon. [`object_colors`] shades few pixels of a mesh in several sets of colors.
+//! [`bands`] runs these steps on rayon. [`backdrop`], [`floor_pattern`], [`room_light`] and [`environment_map`] are
+//! what a room adds. [`object_colors`] shades few pixels of a mesh in several sets of colors.
 //! [`reference`] is the slow version that the tests compare with.
 
 pub mod backdrop;

@@ -1,7 +1,8 @@
 //! Color, depth, normals and object ids of a scene in one pass, on the CPU or a GPU.
 //!
 //! [`render`] renders a product image: soft key light with shadows, sky light with ambient occlusion,
-//! metallic-roughness surfaces, glass. [`render_geometry`] gives depth and ids alone, much cheaper, for masks and pose
+//! metallic-roughness surfaces, glass; on a plain backdrop or in a [`Room`], whose light comes from prefiltered maps.
+//! [`render_geometry`] gives depth and ids alone, much cheaper, for masks and pose
 //! estimation. Both need no GPU, no display and no system library. The inner loops are eight lanes wide (`wide`). The
 //! image is cut into horizontal bands that run on rayon; the bytes do not depend on the number of threads.
 //! [`ObjectColors`] gives the colors of few pixels, for comparisons. [`mod@reference`] is the slow renderer that the

@@ -155,7 +155,12 @@ impl PlacedScene<'_> {
         };
         let scene_cache = SceneCache::new(self.table_and_objects(), &quality);
         let floor = backdrop.shadowed.then_some(Floor { z_m: -self.table.height_m });
-        let ground = Background { top_color: Vec3::splat(GROUND), bottom_color: Vec3::splat(GROUND), floor, room: None };
+        let ground = Background {
+            top_color: Vec3::splat(GROUND),
+            bottom_color: Vec3::splat(GROUND),
+            floor,
+            room: None,
+        };
         let share = 1.0 / illumination.lightings.len() as f32;
         let mut light = vec![Vec3::ZERO; (self.camera.width_px * self.camera.height_px) as usize];
         for lighting in &illumination.lightings {

@@ -1,4 +1,4 @@
-//! What a ray that meets no object shows: a gradient with a floor for shadows, or floor and walls of a room.
+//! The color of rays that meet no object: a gradient with a floor for shadows, or floor and walls of a room.
 
 use glam::{Vec2, Vec3, Vec3A};
 
@@ -16,7 +16,7 @@ pub struct Ray {
     pub direction: Vec3A,
 }
 
-/// What a ray shows.
+/// Color of the backdrop along a ray, and the light on it.
 pub struct BackdropPlace {
     /// Of the gradient, or the reflectance of floor or wall.
     color: Vec3,
@@ -48,7 +48,7 @@ pub struct Backdrop {
 pub struct Sunspot {
     pub right: Vec3A,
     pub up: Vec3A,
-    /// Of the middle of the window, meters along both.
+    /// Of the center of the window, meters along both.
     pub center: Vec2,
 }
 
@@ -81,7 +81,7 @@ impl Backdrop {
         }
     }
 
-    /// What a ray shows at height `fraction` of the image (0 = top). `pixel_size_m` is the width of a pixel by depth.
+    /// Backdrop along a ray at height `fraction` of the image (0 = top). `pixel_size_m` is a pixel's width by depth.
     pub fn place(
         &self,
         environment: &Environment,
@@ -197,8 +197,8 @@ impl Sunspot {
         let right = Vec3A::Z.cross(toward_key).normalize_or(Vec3A::X);
         let up = toward_key.cross(right);
         let tabletop = &room.tabletop;
-        let middle = 0.5 * (tabletop.low_m + tabletop.high_m).as_vec2();
-        let origin = Vec3A::new(middle.x, middle.y, tabletop.z_m as f32);
+        let center = 0.5 * (tabletop.low_m + tabletop.high_m).as_vec2();
+        let origin = Vec3A::new(center.x, center.y, tabletop.z_m as f32);
         let away = -toward_key.with_z(0.0);
         let (depth, _) = farthest(room, &Ray { origin, direction: away });
         let on_wall = if depth.is_finite() { origin + depth * away } else { origin };

@@ -155,7 +155,7 @@ fn mean_in_texel(direction: Vec3, side: f32) -> Shares {
     sum / 16.0
 }
 
-/// What a direction shows from a table in the middle of the room.
+/// Kind of surface in a direction from a table in the center of the room.
 fn shown(d: Vec3) -> Shares {
     const WINDOWS: Shares = Vec4::X;
     const WALLS: Shares = Vec4::Y;
@@ -183,7 +183,7 @@ fn shown(d: Vec3) -> Shares {
             .map_or(WALLS, |glass| if glass { 0.7 * daylight } else { CEILING });
     }
     if reach == far.y {
-        // Opposite the viewer of a light from the left: it draws the edges of glossy things.
+        // Opposite the viewer of a light from the left: it draws the edges of glossy objects.
         return window(p.x + 2.4, p.z - 0.3, Vec2::new(1.5, 1.4), 2)
             .map_or(WALLS, |glass| if glass { 0.6 * daylight } else { CEILING });
     }

@@ -34,12 +34,12 @@ const WHITE_WALL: f32 = 0.5;
 const CEILING: Vec3 = Vec3::new(0.55, 0.545, 0.53);
 /// Light on the floor around the scene, as a share of that on the tabletop.
 const FLOOR_SHARE: f32 = 0.7;
-/// Light on walls, as a share of that in the middle of the room: the backdrop stays behind the subject.
+/// Light on walls, as a share of that in the center of the room: the backdrop stays behind the subject.
 pub const WALL_SHARE: f32 = 0.85;
 /// Share of the light of a place below that arrives where no sky is seen from there.
 const SHADED: f32 = 0.16;
-/// Lightest tabletop, linear, that is exposed as it is; darker ones are exposed longer.
-const EXPOSED_AS_IS: f32 = 0.18;
+/// Radiance of a tabletop that is exposed as it is; darker ones are exposed longer, lighter ones shorter.
+const EXPOSED_AS_IS: f32 = 0.2;
 /// Share of a difference in brightness, in stops, that exposure makes up for.
 const COMPENSATED: f32 = 0.25;
 /// Share of the tabletop's saturation that mirrors show: its own sheen, which is white, is part of what they mirror.
@@ -70,7 +70,7 @@ impl RoomLight {
 
     /// Factor on light that exposes the tabletop well: the darker it is, the longer.
     pub fn exposure(&self) -> f32 {
-        (EXPOSED_AS_IS / luminance(self.open_tabletop).max(0.01)).powf(COMPENSATED).clamp(0.72, 1.3)
+        (EXPOSED_AS_IS / luminance(self.open_tabletop).max(0.01)).powf(COMPENSATED).clamp(0.78, 1.3)
     }
 
     /// Radiance of what is above the horizon.
@@ -157,7 +157,7 @@ fn arriving(seen: SkyShare) -> f32 {
     0.06 + 0.94 * seen.arriving * (0.6 + 0.4 * seen.arriving)
 }
 
-/// Where a ray that descends meets a height; at its start if that lies below.
+/// Point at which a descending ray meets a height; its start if that lies below.
 fn met(point: Vec3A, toward: Vec3A, z_m: f32) -> Vec3A {
     let length = (point.z - z_m).max(0.0) / (-toward.z).max(0.05);
     (point + length * toward).with_z(z_m)

@@ -390,7 +390,7 @@ impl<'a> Shader<'a> {
         StillLight { base, key, point: at.point, flat_normal: at.normal, turn }
     }
 
-    /// What the ray through a sample position shows of the backdrop.
+    /// Backdrop along the ray through a sample position.
     fn backdrop_place(&self, fraction: f32, lens: &Lens, x: f32, y: f32) -> BackdropPlace {
         let (origin, direction) = lens.ray(x, y);
         let ray = Ray {

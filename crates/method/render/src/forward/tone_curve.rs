@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// How light becomes image light.
+/// Mapping of scene light to image light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
     /// Equal to light up to a knee, then bent below 1, each channel for itself.
@@ -68,11 +68,11 @@ mod tests {
 
     #[test]
     fn photographic_curve_keeps_hue() {
-        // Hue as the place of the middle channel between the others.
+        // Hue as the place of the medium channel between the others.
         let hue = |c: Vec3| (c.y - c.z) / (c.x - c.z);
-        for (middle, low) in [(0.3, 0.05), (0.55, 0.2), (0.12, 0.02)] {
+        for (medium, low) in [(0.3, 0.05), (0.55, 0.2), (0.12, 0.02)] {
             for light in [0.2, 0.6, 1.0, 1.5, 3.0] {
-                let color = light * Vec3::new(0.8, middle, low);
+                let color = light * Vec3::new(0.8, medium, low);
                 let shown = ToneCurve::Photographic.apply(color);
                 assert!((hue(shown) - hue(color)).abs() < 1e-3, "{color} becomes {shown}");
             }

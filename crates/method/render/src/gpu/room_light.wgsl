@@ -1,5 +1,5 @@
-// Light in a room, room_light.rs's, from prefiltered octahedral maps, environment_map.rs's. Shares are those of windows,
-// walls, ceiling and ground.
+// Light in a room, room_light.rs's, from prefiltered octahedral maps, environment_map.rs's. Shares are those of
+// windows, walls, ceiling and ground.
 
 fn room_f32(k: u32) -> f32 {
     return light_f32(job.room_at + k);

@@ -21,7 +21,7 @@ pub struct SceneLayout {
     pub materials_at: u32,
     pub directions: u32,
     pub directions_at: u32,
-    /// Those of the sky of rooms.
+    /// First direction of the sky of rooms.
     pub room_directions_at: u32,
     pub disks_at: u32,
     pub linear_of_srgb_at: u32,
