@@ -14,8 +14,8 @@ use imaging::Image;
 pub struct SceneCache<'a> {
     pub(super) scene_buffers: SceneBuffers<'a>,
     pub(super) sky: Sky,
-    /// The sky of rooms, if it is another.
-    pub(super) sky_past_glass: Option<Sky>,
+    /// Prepared by [`Self::for_rooms`].
+    pub(super) sky_of_rooms: Option<Sky>,
     colors: Arc<SurfaceColors<'a>>,
     pub(super) settings: RenderSettings,
 }
@@ -25,21 +25,23 @@ impl<'a> SceneCache<'a> {
         let scene_buffers = SceneBuffers::new(objects);
         let sky = Sky::new(&scene_buffers, TriangleFilter::All, settings);
         let colors = Arc::new(SurfaceColors::new(&scene_buffers.objects));
-        Self { scene_buffers, sky, sky_past_glass: None, colors, settings: settings.clone() }
+        Self { scene_buffers, sky, sky_of_rooms: None, colors, settings: settings.clone() }
     }
 
-    /// Prepares for images in rooms, where glass does not shade the sky: the screen by which it does would show as dots
-    /// on what stands beside it. Images of other scenes remain as they are.
+    /// Prepares for images in rooms, whose sky is finer than the settings say. Glass does not shade it: the screen by
+    /// which it does would show as dots on what stands beside it. Images without a room remain as they are.
     pub fn for_rooms(mut self) -> Self {
-        let all = self.scene_buffers.all();
-        let has_glass = self.scene_buffers.drawn(TriangleFilter::Transparent, &all).len() > 0;
-        self.sky_past_glass =
-            has_glass.then(|| Sky::new(&self.scene_buffers, TriangleFilter::Opaque, &self.settings));
+        let finer = RenderSettings {
+            sky_directions: self.settings.sky_directions * 3 / 2,
+            sky_map_px: self.settings.sky_map_px * 5 / 4,
+            ..self.settings.clone()
+        };
+        self.sky_of_rooms = Some(Sky::new(&self.scene_buffers, TriangleFilter::Opaque, &finer));
         self
     }
 
     pub(super) fn sky_for(&self, background: &Background) -> &Sky {
-        match &self.sky_past_glass {
+        match &self.sky_of_rooms {
             Some(sky) if background.room.is_some() => sky,
             _ => &self.sky,
         }

@@ -76,11 +76,11 @@ impl Job<'_> {
         words.push([u32::from(lens.perspective), (self.samples * self.samples) as u32]);
         words.push([self.width_px() as u32, (height_px / self.samples) as u32]);
         words.push([strip.first_row_px as u32, strip.rows_px as u32, self.scene.triangles]);
-        words.push([phase as u32, kept as u32, self.layer_capacity, self.scene.directions]);
         let has_room = self.light.is_some_and(|(light, _)| light.environment.room.is_some());
+        let sky = if has_room { self.scene.sky_of_rooms } else { self.scene.sky };
+        words.push([phase as u32, kept as u32, self.layer_capacity, sky.directions]);
         let SceneLayout { triangles_at, materials_at, disks_at, linear_of_srgb_at, .. } = self.scene;
-        let directions_at = if has_room { self.scene.room_directions_at } else { self.scene.directions_at };
-        words.push([triangles_at, materials_at, directions_at, disks_at, linear_of_srgb_at]);
+        words.push([triangles_at, materials_at, sky.directions_at, disks_at, linear_of_srgb_at]);
         let [width, height, coarse_width, coarse_height] = map.map_or([0; 4], |map| {
             [map.width, map.height, map.coarse_width, map.coarse.len() / map.coarse_width]
         });

@@ -51,7 +51,7 @@ impl<'a> GpuSceneCache<'a> {
     /// Uploads the view-independent data.
     pub fn new(gpu: Arc<Gpu>, scene_cache: Arc<SceneCache<'a>>) -> Result<Self, GpuError> {
         let (words, layout) =
-            scene_words(&scene_cache.scene_buffers, &scene_cache.sky, scene_cache.sky_past_glass.as_ref());
+            scene_words(&scene_cache.scene_buffers, &scene_cache.sky, scene_cache.sky_of_rooms.as_ref());
         let bytes = words.bytes().len().max(2 * 4 * layout.triangles as usize);
         check_fits(&gpu, "uploading a scene", bytes)?;
         let scene = gpu.guarded("uploading a scene", || Ok(filled(&gpu, &words)))?;

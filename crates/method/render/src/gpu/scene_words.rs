@@ -19,13 +19,18 @@ pub struct SceneLayout {
     pub triangles: u32,
     pub triangles_at: u32,
     pub materials_at: u32,
-    pub directions: u32,
-    pub directions_at: u32,
-    /// First direction of the sky of rooms.
-    pub room_directions_at: u32,
+    pub sky: SkyLayout,
+    pub sky_of_rooms: SkyLayout,
     pub disks_at: u32,
     pub linear_of_srgb_at: u32,
     pub has_glass: bool,
+}
+
+/// Directions of a sky.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SkyLayout {
+    pub directions: u32,
+    pub directions_at: u32,
 }
 
 const ONE_SIDED: u32 = 1;
@@ -77,8 +82,8 @@ pub fn scene_words(
     words.push_floats(light_map::sampling_patterns());
     layout.linear_of_srgb_at = words.count();
     words.push_floats(LINEAR_OF_SRGB.iter().copied());
-    (layout.directions_at, layout.directions) = push_sky(&mut words, sky);
-    layout.room_directions_at = sky_of_rooms.map_or(layout.directions_at, |sky| push_sky(&mut words, sky).0);
+    layout.sky = push_sky(&mut words, sky);
+    layout.sky_of_rooms = sky_of_rooms.map_or(layout.sky, |sky| push_sky(&mut words, sky));
     (words, layout)
 }
 
@@ -98,8 +103,8 @@ fn push_texture(words: &mut Words, texture: &imaging::Texture) -> u32 {
     at
 }
 
-/// Of each direction 20 words, with the maps' keys before them: where they are, and their number.
-fn push_sky(words: &mut Words, sky: &Sky) -> (u32, u32) {
+/// Of each direction 20 words; the maps' keys before them.
+fn push_sky(words: &mut Words, sky: &Sky) -> SkyLayout {
     let maps: Vec<_> = sky.maps().collect();
     let keys_at: Vec<u32> = maps
         .iter()
@@ -109,11 +114,11 @@ fn push_sky(words: &mut Words, sky: &Sky) -> (u32, u32) {
             at
         })
         .collect();
-    let (at, count) = (words.count(), maps.len() as u32);
+    let (directions_at, directions) = (words.count(), maps.len() as u32);
     for (map, keys_at) in maps.iter().zip(keys_at) {
         words.push_vector(map.toward, map.texel_m);
         words.push_rows(map.texel_from_world);
         words.push([map.width as u32, map.height as u32, keys_at, 0]);
     }
-    (at, count)
+    SkyLayout { directions, directions_at }
 }
