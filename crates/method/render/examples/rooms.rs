@@ -2,6 +2,7 @@
 //! `cargo run --release -p tabletopgen-render --example rooms -- OUT_DIR`.
 
 use std::error::Error;
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -91,10 +92,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             let lighting = Lighting::daylight(azimuth_rad - 0.7, 0.95).exposed_for(&room);
             let start = Instant::now();
             let new = scene_cache.color(lighting, Background::in_room(room), &view);
-            println!(
-                "{name} {view_name}: cache {cached:.0?}, plain {old_took:.0?}, room {:.0?}",
-                start.elapsed()
-            );
+            let took = start.elapsed();
+            writeln!(
+                std::io::stdout().lock(),
+                "{name} {view_name}: cache {cached:.0?}, plain {old_took:.0?}, room {took:.0?}"
+            )?;
             std::fs::write(out.join(format!("{name}_{view_name}_plain.png")), encode_png(&old))?;
             std::fs::write(out.join(format!("{name}_{view_name}.png")), encode_png(&new))?;
         }

@@ -44,7 +44,7 @@ impl Tabletop {
                 }
             }
             area += of_group;
-            color += of_group as f32 * mean_color(&mesh.materials[group.material as usize]);
+            color += of_group as f32 * mean_color(&mesh.materials[group.material]);
         }
         if area > 0.0 {
             (top.z_m, top.color) = (height / area, color / area as f32);
