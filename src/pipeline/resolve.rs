@@ -24,7 +24,7 @@ use scene::{Recognition, RecognizedObject, SupportTree};
 use relaxation::{Attempt, Infeasible};
 pub use relaxation::{NoSpaceSettings, OnNoSpace};
 
-pub const STAGE: Stage = Stage { name: "resolve", version: 11 };
+pub const STAGE: Stage = Stage { name: "resolve", version: 12 };
 
 #[derive(Serialize)]
 pub struct Inputs {
