@@ -5,7 +5,7 @@ use std::process::Command;
 
 use serde_json::{Value, json};
 
-const TEXT: &str = "a teapot to the left of a red mug, a beaker, and a bowl with an apple in it";
+const TEXT: &str = "a teapot to the left of a red mug, a spork, and a bowl with an apple in it";
 
 fn made(folder: &Path, arguments: &[&str]) {
     let done =
@@ -66,7 +66,7 @@ fn the_account_of_an_edited_scene_is_about_that_scene() {
     made(folder, &["generate", "--text", TEXT, "--seed", "3", "--out", "parent"]);
     let parent = json_of(folder, "parent/scene.json");
     assert_is_about_its_scene(&parent);
-    assert_eq!(marked(&parent), ["beaker_1"]);
+    assert_eq!(marked(&parent), ["spork_1"]);
     assert_eq!((parent["text"].get("of_scene"), parent["text"].get("changed")), (None, None));
 
     let removed = edited(folder, "parent", &json!([{ "op": "remove", "target": "the teapot" }]), "removed");
@@ -96,16 +96,16 @@ fn the_account_of_an_edited_scene_is_about_that_scene() {
         folder,
         "parent",
         &json!([
-            { "op": "replace", "target": "beaker_1", "object": "a plate" },
-            { "op": "add", "object": "a test tube rack" },
+            { "op": "replace", "target": "spork_1", "object": "a plate" },
+            { "op": "add", "object": "a dumbbell rack" },
         ]),
         "replaced",
     );
     assert_is_about_its_scene(&replaced);
-    assert!(!understood(&replaced, "object").contains(&"beaker"));
-    assert_eq!(marked(&replaced), ["test_tube_rack_1"], "an added stand-in is marked, too");
+    assert!(!understood(&replaced, "object").contains(&"spork"));
+    assert_eq!(marked(&replaced), ["dumbbell_rack_1"], "an added stand-in is marked, too");
     let rack = replaced["instances"].as_array().unwrap().iter().find(|one| one["stand_in"] == true).unwrap();
-    assert_eq!((&rack["stands_for"], &rack["shown_as"]), (&json!("test tube rack"), &json!("dish rack")));
+    assert_eq!((&rack["stands_for"], &rack["shown_as"]), (&json!("dumbbell rack"), &json!("dish rack")));
 
     let moved = edited(
         folder,
