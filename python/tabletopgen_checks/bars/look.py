@@ -25,7 +25,8 @@ from tabletopgen_checks.repository import ROOT
 DEPENDS_ON = (*SCENES_OF_TEXTS, "tests/words/look_texts.txt")
 TEXTS = ROOT / "tests" / "words" / "look_texts.txt"
 ASPECTS = ("fidelity", "recognizability", "layout", "light")
-SEED = 1
+# The first with which a scene is made; a text can find no room.
+SEEDS = (1, 2, 3)
 BAR_MEAN, BAR_LOWEST = 5.0, 4.0
 RUBRIC = """# Rubric
 
@@ -55,26 +56,30 @@ def make_pictures(folder: Path, before: Path, now: Path) -> bool:
     (folder / "pictures").mkdir(parents=True)
     texts = TEXTS.read_text(encoding="utf-8").splitlines()
     shown = [(program, text) for text in texts for program in ("before", "now")]
-    random.Random(SEED).shuffle(shown)
+    random.Random(1).shuffle(shown)
     key, lines = {}, ["picture\ttext"]
     for number, (program, text) in enumerate(shown, 1):
         out = folder / "scene"
         binary = before if program == "before" else now
-        ran = subprocess.run(
-            [str(binary), "generate", "--text", text, "--seed", str(SEED), "--out", str(out), "--force", "--quiet"],
-            capture_output=True, text=True,
-        )
-        if not (out / "preview" / "hero.png").exists():
-            raise Problem(f"{program}: no picture of {text!r}: {ran.stderr.strip()[-500:]}")
+        seed = next((seed for seed in SEEDS if generated(binary, text, seed, out)), None)
+        if seed is None:
+            raise Problem(f"{program}: no picture of {text!r} with any of the seeds {SEEDS}")
         (out / "preview" / "hero.png").rename(folder / "pictures" / f"{number:03}.png")
         shutil.rmtree(out)
-        key[f"{number:03}"] = {"program": program, "text": text, "certified": ran.returncode == 0}
+        key[f"{number:03}"] = {"program": program, "text": text, "seed": seed}
         lines.append(f"{number:03}\t{text}")
         print(f"{number} of {len(shown)}", flush=True)
     (folder / "pictures" / "texts.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     (folder / "rubric.md").write_text(RUBRIC, encoding="utf-8")
     (folder / "key.json").write_text(json.dumps(key, indent=1), encoding="utf-8")
     return True
+
+
+def generated(binary: Path, text: str, seed: int, out: Path) -> bool:
+    """Whether a scene of the text was made, certified or not."""
+    command = [str(binary), "generate", "--text", text, "--seed", str(seed), "--out", str(out), "--force", "--quiet"]
+    subprocess.run(command, capture_output=True)
+    return (out / "preview" / "hero.png").exists()
 
 
 def page(folder: Path) -> tuple:
