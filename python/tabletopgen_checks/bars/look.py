@@ -109,6 +109,7 @@ def page(folder: Path) -> tuple:
         f"{len(now)} texts, both programs, {len(readers)} readers who saw the pictures in a random order without their "
         f"program. Fidelity {fidelity:.2f} and layout {layout:.2f} now ({BAR_MEAN} promised), the lowest mean of a scene "
         f"{lowest:.1f} ({BAR_LOWEST} promised): {'holds' if holds else 'does not hold'}.\n\n"
+        "![Each text twice, before at the left and now at the right](look.webp)\n\n"
         + table(["program", "reader", *ASPECTS], rows)
         + f"\n\n{RUBRIC.replace('# Rubric', '## Rubric')}\n## Each scene\n\nMeans of the readers: {', '.join(ASPECTS)}.\n\n"
         + table(["text", "before", "now"], each)

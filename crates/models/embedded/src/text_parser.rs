@@ -220,6 +220,7 @@ fn describe_with(
         return Err(nothing_recognized(lexicon, &parsed));
     }
     let out_of_range = sizing::size(&mut draft);
+    place_settings::make_alike(&mut draft);
     let without_room = supports::keep_what_fits(&mut draft);
     let (surplus, misfits): (Vec<usize>, Vec<usize>) =
         without_room.into_iter().partition(|object| is_surplus(&draft, &parsed, *object));

@@ -144,7 +144,9 @@ impl SpatialConstraint {
                 let wrong_side = if along < 0.0 { 3.0 } else { 0.0 };
                 let usual_m =
                     if matches!(self.position, RelativePosition::Around { .. }) { 0.12 } else { 0.02 };
-                10.0 * ((gap_m - usual_m).max(0.0) + 0.6 * across) + wrong_side
+                // Cutlery lies straight beside its plate.
+                let across_weight = if self.in_target_frame { 2.0 } else { 0.6 };
+                10.0 * ((gap_m - usual_m).max(0.0) + across_weight * across) + wrong_side
             }
             None => 10.0 * (gap_m - 0.02).max(0.0),
         }

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::correction::is_known;
 use super::draft::Kind;
 use super::nouns::Nouns;
+use super::phrases::phrases;
 use super::themes::Themes;
 use super::tokens::{Token, tokenize};
 use super::vocabulary::Vocabulary;
@@ -261,6 +262,9 @@ impl<'c> Lexicon<'c> {
     pub fn longest_at(&self, tokens: &[Token], at: usize) -> Option<(&Entry, usize)> {
         let mut phrase = String::new();
         let mut best = None;
+        // After a person, a plural is a verb: "while nobody watches".
+        let before = at.checked_sub(1).and_then(|before| tokens.get(before)).and_then(Token::word);
+        let after_person = before.is_some_and(|word| phrases().agent.persons.has(word));
         for (k, token) in tokens[at.min(tokens.len())..].iter().take(self.longest).enumerate() {
             let Some(word) = token.word() else { break };
             if k > 0 {
@@ -269,7 +273,14 @@ impl<'c> Lexicon<'c> {
             phrase.push_str(word);
             // "A coin-sized button" is no coin.
             let is_measure = tokens.get(at + k + 1).and_then(Token::word) == Some("sized");
-            if let Some(entry) = self.phrases.get(&phrase).filter(|_| !is_measure) {
+            // "Behind the laptop stands a lamp."
+            let is_verb = k > 0 && matches!(word, "stands" | "rests" | "holds") && {
+                let next = tokens.get(at + k + 1).and_then(Token::word);
+                matches!(next, Some("a" | "an" | "the"))
+            };
+            let is_noun =
+                |entry: &&Entry| !is_measure && !(entry.plural && (is_verb || after_person && k == 0));
+            if let Some(entry) = self.phrases.get(&phrase).filter(is_noun) {
                 best = Some((entry, k + 1));
             }
         }

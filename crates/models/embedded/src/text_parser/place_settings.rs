@@ -62,6 +62,41 @@ pub(super) fn complete_settings(draft: &mut Draft, parsed: &ParsedText, limit: u
     }
 }
 
+/// Gives the plates of a table, and the parts of their settings, the shape and size of the first of their category, as of
+/// one set. Objects with sizes or colors of their own keep them.
+pub(super) fn make_alike(draft: &mut Draft) {
+    let is_of_setting = |object: usize| {
+        let seated = |other: usize, to: usize| {
+            draft.objects[other].relations.iter().any(|relation| relation.seated && relation.to == Some(to))
+        };
+        draft.objects[object].relations.iter().any(|relation| relation.seated)
+            || (0..draft.objects.len()).any(|other| seated(other, object))
+    };
+    let is_plain = |object: usize| {
+        let object = &draft.objects[object];
+        let attributes = &object.attributes;
+        object.shape_of.is_none()
+            && attributes.measures.is_empty()
+            && attributes.stretches.is_empty()
+            && (attributes.scale - 1.0).abs() < 1e-9
+    };
+    let parts: Vec<usize> =
+        (0..draft.objects.len()).filter(|&object| is_of_setting(object) && is_plain(object)).collect();
+    let first_like = |object: usize| {
+        let is_like = |other: &usize| {
+            let (one, other) = (&draft.objects[object], &draft.objects[*other]);
+            (&one.kind.category.name, one.color) == (&other.kind.category.name, other.color)
+        };
+        parts.iter().copied().find(is_like).filter(|first| *first != object)
+    };
+    let alike: Vec<(usize, usize)> =
+        parts.iter().filter_map(|&object| Some((object, first_like(object)?))).collect();
+    for (object, first) in alike {
+        draft.objects[object].shape_of = Some(first);
+        draft.objects[object].size_m = draft.objects[first].size_m;
+    }
+}
+
 /// Whether each person at a table has one of the category.
 pub(super) fn is_of_each_person(category: &Category) -> bool {
     let is_other = ["saucer", "bowl", "coaster"].contains(&category.name.as_str());

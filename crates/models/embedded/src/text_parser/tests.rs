@@ -11,6 +11,7 @@ mod narrated;
 mod stand_ins;
 
 use super::*;
+use scene::RelationKind;
 
 fn settings() -> TextParserSettings {
     TextParserSettings {
@@ -81,7 +82,6 @@ const SENTENCES: &[(&str, &str, &[&str])] = &[
     ),
     ("a table set for two with blue plates and two candles", "2 plate, 2 candle", &[]),
     ("a table for two with a teapot", "1 teapot", &[]),
-    ("a plate of pancakes and a mug", "1 plate, 2 pancake, 1 mug", &["pancake_2 on plate_1"]),
     ("laptop mouse keyboard", "1 laptop, 1 mouse, 1 keyboard", &[]),
     (
         "a stack of three books with a mug on top",
@@ -175,6 +175,42 @@ fn describe_finds_expected_counts_and_relations() {
 }
 
 #[test]
+fn settings_of_a_table_are_one_set() {
+    for text in
+        ["A dining table set for four with wine glasses", "a dining table set for two", "two place settings"]
+    {
+        let description = describe_seed(text, 5);
+        for category in ["plate", "fork", "knife"] {
+            let of_category = description.objects.iter().filter(|object| object.category == category);
+            let shapes: Vec<_> = of_category.map(|object| (object.size_m, object.seed)).collect();
+            assert!(
+                shapes.len() > 1 && shapes.iter().all(|shape| *shape == shapes[0]),
+                "{text}: {category} {shapes:?}"
+            );
+        }
+    }
+    let plates = describe_seed("a red plate with a fork to its left and a blue plate", 5).objects;
+    assert_ne!(plates[0].seed, plates.last().expect("a plate").seed);
+}
+
+#[test]
+fn contents_without_a_number_are_as_many_as_fit() {
+    for text in ["a plate of pancakes", "a bowl of oranges", "a mug of walnuts", "a tray of cakes"] {
+        for seed in 0..12 {
+            let description = describe_seed(text, seed);
+            let beside = description.objects[1..].iter().find(|object| {
+                !object
+                    .relations
+                    .iter()
+                    .any(|relation| matches!(relation.kind, RelationKind::In | RelationKind::On))
+            });
+            assert!(description.objects.len() > 1, "{text} ({seed}): nothing in it");
+            assert_eq!(beside.map(|object| &object.id), None, "{text} ({seed})");
+        }
+    }
+}
+
+#[test]
 fn describe_keeps_mug_size_in_range_with_spoon_inside() {
     for seed in 0..20 {
         let description = describe_seed("a mug with a spoon in it", seed);
@@ -223,9 +259,13 @@ fn plate_shows_below_a_pizza_and_keeps_its_size_below_an_apple_or_as_stated() {
 #[test]
 fn every_category_is_found_by_its_own_label() {
     // Variants of a scene ask for another object of a category by its label.
+    let mut others = Vec::new();
     for category in categories().iter().filter(|category| category.group != "stand_in") {
         let description = describe_seed(&format!("one {}", category.label), 1);
         let found: Vec<&str> = description.objects.iter().map(|object| object.category.as_str()).collect();
-        assert_eq!(found, [category.name.as_str()], "{}", category.label);
+        if found != [category.name.as_str()] {
+            others.push(format!("{}: {found:?}", category.label));
+        }
     }
+    assert!(others.is_empty(), "{others:#?}");
 }

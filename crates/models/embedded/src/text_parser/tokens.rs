@@ -138,7 +138,7 @@ struct Reader<'a> {
 }
 
 /// Names that begin with a digit.
-const NAMES: &[&str] = &["7up"];
+const NAMES: &[&str] = &["7up", "3d", "9v"];
 
 /// Words after which a period is part of an abbreviation.
 const ABBREVIATIONS: &[&str] = &["oz", "cm", "mm", "in", "ft", "lb", "lbs", "kg", "approx", "ca", "ml", "fl"];

@@ -29,10 +29,10 @@ const NAMES: &[(&str, &str)] = &[
     ("a tuna slice", "stand_in_plate*"),
     // Nouns whose last word is of the grammar, or that are properties elsewhere.
     ("a set square", "set_square"),
-    ("a spring roll", "stand_in_produce*"),
+    ("a spring roll", "spring_roll"),
     ("a starfish", "stand_in_figure*"),
     ("an iron", "clothes_iron"),
-    ("a watch", "stand_in_box*"),
+    ("a watch", "wristwatch"),
     // A vessel of what comes in a package.
     ("a cup of ranch", "mug*"),
     // Packages.
