@@ -2,8 +2,8 @@
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.sizes [--target-dir target] [--program PROGRAM] [--seed 1]
 
-Each row of `tests/words/real_sizes.tsv` is asked for alone. A ratio is that of the larger to the smaller, so at least
-one. The ratio of the extents is the worst of the three, sorted, without what is thinner than 6 mm in reality: simulators
+Each row of `tests/words/real_sizes.tsv` is asked for alone. A ratio is that of the larger to the smaller, 1 or more.
+The ratio of the extents is the worst of the three, sorted, without what is thinner than 6 mm in reality: simulators
 need thicker bodies there.
 """
 
@@ -35,7 +35,7 @@ class Real:
 
 
 @dataclass(frozen=True)
-class Found:
+class BuiltObject:
     category: str
     extents_mm: tuple
     mass_g: float
@@ -75,7 +75,7 @@ def made(binary: Path, folder: Path, real: list, seed: int) -> list:
     return found
 
 
-def measured(bundle: Path) -> "Found | None":
+def measured(bundle: Path) -> "BuiltObject | None":
     """The largest object of a scene."""
     if not bundle.exists():
         return None
@@ -86,14 +86,14 @@ def measured(bundle: Path) -> "Found | None":
         return None
     largest = max(instances, key=lambda one: one["mass_kg"])
     size_mm = tuple(sorted((1000.0 * one for one in largest["size_m"]), reverse=True))
-    return Found(largest["category"], size_mm, 1000.0 * largest["mass_kg"])
+    return BuiltObject(largest["category"], size_mm, 1000.0 * largest["mass_kg"])
 
 
 def ratio(one: float, other: float) -> float:
     return max(one, other) / max(min(one, other), 1e-9)
 
 
-def size_ratio(real: Real, found: Found) -> float:
+def size_ratio(real: Real, found: BuiltObject) -> float:
     pairs = zip(real.extents_mm, found.extents_mm)
     return max(ratio(one, other) for one, other in pairs if one >= THIN_MM)
 

@@ -17,8 +17,8 @@ fn every_shape_has_parts_and_surfaces() {
     assert!(objections.is_empty(), "{}", objections.join("\n"));
 }
 
-/// The parts are in meters: before scaling, the shape has about the category's typical size, and its proportions within a
-/// quarter. A shape like that of another category may have another size.
+/// The parts are in meters: before scaling, the shape has about the category's typical size, and its proportions within
+/// a quarter. A shape like that of another category may have another size.
 #[test]
 fn parts_are_modeled_at_the_typical_size() {
     let mut objections = Vec::new();

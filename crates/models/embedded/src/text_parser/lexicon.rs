@@ -262,7 +262,7 @@ impl<'c> Lexicon<'c> {
     pub fn longest_at(&self, tokens: &[Token], at: usize) -> Option<(&Entry, usize)> {
         let mut phrase = String::new();
         let mut best = None;
-        // After a person, a plural is a verb: "while nobody watches".
+        // After a person, a plural is a verb: "the chef bowls".
         let before = at.checked_sub(1).and_then(|before| tokens.get(before)).and_then(Token::word);
         let after_person = before.is_some_and(|word| phrases().agent.persons.has(word));
         for (k, token) in tokens[at.min(tokens.len())..].iter().take(self.longest).enumerate() {

@@ -62,8 +62,8 @@ pub(super) fn complete_settings(draft: &mut Draft, parsed: &ParsedText, limit: u
     }
 }
 
-/// Gives the plates of a table, and the parts of their settings, the shape and size of the first of their category, as of
-/// one set. Objects with sizes or colors of their own keep them.
+/// Gives the plates of a table, and the parts of their settings, the shape and size of the first of their category, as
+/// of one set. Objects with sizes or colors of their own keep them.
 pub(super) fn make_alike(draft: &mut Draft) {
     let is_of_setting = |object: usize| {
         let seated = |other: usize, to: usize| {

@@ -142,7 +142,7 @@ const SENTENCES: &[(&str, &str, &[&str])] = &[
         &["tomato_2 on cutting_board_1", "cucumber_1 on cutting_board_1"],
     ),
     ("a mug with a spoon in it and two eggs", "1 mug, 1 spoon, 2 egg", &["spoon_1 in mug_1", "!egg_1"]),
-    ("a mug holder and a zorblax next to a stapler", "1 pen_holder, 1 stapler", &["? zorblax"]),
+    ("a mug holder and a zorblax next to a stapler", "1 mug_tree, 1 stapler", &["? zorblax"]),
     (
         "An apple and a banana in a bowl",
         "1 apple, 1 banana, 1 bowl",

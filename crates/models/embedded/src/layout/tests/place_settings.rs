@@ -1,6 +1,8 @@
 //! Place settings: the fork is left of the plate, the knife right of it and the spoon right of the knife, as the person
 //! sees them who sits at the edge.
 
+use glam::DVec3;
+
 use super::*;
 
 /// Texts, and how many settings they have.
@@ -42,7 +44,6 @@ impl SampledLayout {
     /// Position of an object for the person at a plate: to the right, and away from the person, meters.
     fn as_seen_from(&self, plate: usize, object: usize) -> DVec2 {
         let at = self.footprint(plate).center();
-        let outward = (0..120).map(|k| DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 120.0));
         // The shortest way out over the edge, to 4 mm.
         let way_out_m = |way: DVec2| {
             (1..1000)
@@ -50,9 +51,15 @@ impl SampledLayout {
                 .find(|&m| !self.outline.contains(at + m * way))
                 .unwrap_or(9.0)
         };
-        let ways = outward.map(|way| (way_out_m(way), way));
-        let out = ways.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, way)| way);
-        let inward = -out.expect("directions");
+        let ways = (0..120).map(|k| DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 120.0));
+        let nearest_m = ways.map(way_out_m).fold(f64::INFINITY, f64::min);
+        // The person sits at an edge that is nearest, or nearly so.
+        let inward = (self.poses[plate].rotation * DVec3::Y).truncate();
+        let away_m = way_out_m(-inward);
+        assert!(
+            away_m < 1.2 * nearest_m + 0.01,
+            "{away_m} m to the person, {nearest_m} m to the nearest edge"
+        );
         let offset = self.footprint(object).center() - at;
         DVec2::new(offset.dot(-inward.perp()), offset.dot(inward))
     }

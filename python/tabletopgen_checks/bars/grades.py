@@ -1,12 +1,12 @@
-"""How scenes look to readers: pictures of two programs in a random order, graded without knowledge of the program.
+"""Hero images of two programs in a random order, graded by readers without knowledge of the program.
 
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.look --before OLD_PROGRAM --part pictures [--pictures FOLDER]
-    PYTHONPATH=python python3 -m tabletopgen_checks.bars.look --part page [--pictures FOLDER]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.grades --before OLD_PROGRAM --part images [--images FOLDER]
+    PYTHONPATH=python python3 -m tabletopgen_checks.bars.grades --part page [--images FOLDER]
 
-The first call makes the scene of each line of `tests/words/look_texts.txt` with both programs, and writes their hero
-images as `pictures/001.png` and so on, `pictures/texts.tsv` with the text of each, `rubric.md` for the readers, and
-`key.json`, which they do not see. Each reader writes `grades_NAME.tsv`: picture, fidelity, recognizability, layout, light,
-separated by tabs. The second call writes the page from all grades.
+The first call makes the scene of each line of `tests/words/graded_texts.txt` with both programs, and writes their hero
+images as `images/001.png` and so on, `images/texts.tsv` with the text of each, `rubric.md` for the readers, and
+`key.json`, which they do not see. Each reader writes `grades_NAME.tsv` with the columns image, fidelity,
+recognizability, layout and light, separated by tabs. The second call writes the page from all grades.
 """
 
 import csv
@@ -22,54 +22,54 @@ from tabletopgen_checks.bars.run import run
 from tabletopgen_checks.problem import Problem
 from tabletopgen_checks.repository import ROOT
 
-DEPENDS_ON = (*SCENES_OF_TEXTS, "tests/words/look_texts.txt")
-TEXTS = ROOT / "tests" / "words" / "look_texts.txt"
+DEPENDS_ON = (*SCENES_OF_TEXTS, "tests/words/graded_texts.txt")
+TEXTS = ROOT / "tests" / "words" / "graded_texts.txt"
 ASPECTS = ("fidelity", "recognizability", "layout", "light")
 # The first with which a scene is made; a text can find no room.
 SEEDS = (1, 2, 3)
 BAR_MEAN, BAR_LOWEST = 5.0, 4.0
 RUBRIC = """# Rubric
 
-Grade each picture by itself, 1 to 7, from the picture and the text it was made of.
+Grade each image by itself, 1 to 7, from the image and the text it was made of.
 
 | aspect | 1 | 4 | 7 |
 | --- | --- | --- | --- |
 | fidelity | primitive shapes in flat colors | clearly rendered, materials plausible | as a photograph of a product |
 | recognizability | none of the objects can be named | most can be named at a glance | all can, with details of their kind |
-| layout | objects anywhere, or not what the text asks | as asked, arranged like goods on a shelf | as people leave things that they use |
+| layout | objects anywhere, or not what the text asks | as asked, arranged like goods on a shelf | as people leave what they use |
 | light | flat, floating objects, no contact | shadows ground the objects | as in a real room |
 """
 
 
 def main() -> bool:
-    given = arguments(__doc__, before="", part="pictures", pictures="")
-    folder = Path(given.pictures).resolve() if given.pictures else given.work / "look"
-    if given.part == "pictures":
-        return make_pictures(folder, Path(given.before).resolve(), given.binary)
+    given = arguments(__doc__, before="", part="images", images="")
+    folder = Path(given.images).resolve() if given.images else given.work / "grades"
+    if given.part == "images":
+        return make_images(folder, Path(given.before).resolve(), given.binary)
     body, holds = page(folder)
-    write("look", "How scenes look", body, DEPENDS_ON)
+    write("grades", "Grades of images by readers", body, DEPENDS_ON)
     return holds
 
 
-def make_pictures(folder: Path, before: Path, now: Path) -> bool:
+def make_images(folder: Path, before: Path, now: Path) -> bool:
     shutil.rmtree(folder, ignore_errors=True)
-    (folder / "pictures").mkdir(parents=True)
+    (folder / "images").mkdir(parents=True)
     texts = TEXTS.read_text(encoding="utf-8").splitlines()
     shown = [(program, text) for text in texts for program in ("before", "now")]
     random.Random(1).shuffle(shown)
-    key, lines = {}, ["picture\ttext"]
+    key, lines = {}, ["image\ttext"]
     for number, (program, text) in enumerate(shown, 1):
         out = folder / "scene"
         binary = before if program == "before" else now
         seed = next((seed for seed in SEEDS if generated(binary, text, seed, out)), None)
         if seed is None:
-            raise Problem(f"{program}: no picture of {text!r} with any of the seeds {SEEDS}")
-        (out / "preview" / "hero.png").rename(folder / "pictures" / f"{number:03}.png")
+            raise Problem(f"{program}: no image of {text!r} with any of the seeds {SEEDS}")
+        (out / "preview" / "hero.png").rename(folder / "images" / f"{number:03}.png")
         shutil.rmtree(out)
         key[f"{number:03}"] = {"program": program, "text": text, "seed": seed}
         lines.append(f"{number:03}\t{text}")
         print(f"{number} of {len(shown)}", flush=True)
-    (folder / "pictures" / "texts.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (folder / "images" / "texts.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     (folder / "rubric.md").write_text(RUBRIC, encoding="utf-8")
     (folder / "key.json").write_text(json.dumps(key, indent=1), encoding="utf-8")
     return True
@@ -86,30 +86,30 @@ def page(folder: Path) -> tuple:
     key = json.loads((folder / "key.json").read_text(encoding="utf-8"))
     readers = {path.stem.removeprefix("grades_"): grades(path) for path in sorted(folder.glob("grades_*.tsv"))}
     if len(readers) < 2:
-        raise Problem(f"{folder} has the grades of {len(readers)} readers: two at the least read the pictures")
+        raise Problem(f"{folder} has the grades of {len(readers)} readers: two at the least read the images")
     for name, given in readers.items():
         if set(given) != set(key):
-            raise Problem(f"reader {name} graded {len(given)} of {len(key)} pictures")
+            raise Problem(f"reader {name} graded {len(given)} of {len(key)} images")
     rows = []
     for program in ("before", "now"):
-        of = [picture for picture, one in key.items() if one["program"] == program]
+        of = [image for image, one in key.items() if one["program"] == program]
         for name, given in readers.items():
-            means = [mean(given[picture][k] for picture in of) for k in range(len(ASPECTS))]
+            means = [mean(given[image][k] for image in of) for k in range(len(ASPECTS))]
             rows.append([program, name, *(f"{one:.2f}" for one in means)])
-    both = {picture: [mean(given[picture][k] for given in readers.values()) for k in range(4)] for picture in key}
-    now = [picture for picture, one in key.items() if one["program"] == "now"]
-    fidelity, layout = (mean(both[picture][k] for picture in now) for k in (0, 2))
-    lowest = min(min(both[picture][0], both[picture][2]) for picture in now)
+    both = {image: [mean(given[image][k] for given in readers.values()) for k in range(4)] for image in key}
+    now = [image for image, one in key.items() if one["program"] == "now"]
+    fidelity, layout = (mean(both[image][k] for image in now) for k in (0, 2))
+    lowest = min(min(both[image][0], both[image][2]) for image in now)
     holds = min(fidelity, layout) >= BAR_MEAN and lowest >= BAR_LOWEST
     each = [
         [text, *(cell(both, key, text, program) for program in ("before", "now"))]
         for text in dict.fromkeys(one["text"] for one in key.values())
     ]
     body = (
-        f"{len(now)} texts, both programs, {len(readers)} readers who saw the pictures in a random order without their "
+        f"{len(now)} texts, both programs, {len(readers)} readers who saw the images in a random order without their "
         f"program. Fidelity {fidelity:.2f} and layout {layout:.2f} now ({BAR_MEAN} promised), the lowest mean of a scene "
         f"{lowest:.1f} ({BAR_LOWEST} promised): {'holds' if holds else 'does not hold'}.\n\n"
-        "![Each text twice, before at the left and now at the right](look.webp)\n\n"
+        "![Each text twice, before at the left and now at the right](grades.webp)\n\n"
         + table(["program", "reader", *ASPECTS], rows)
         + f"\n\n{RUBRIC.replace('# Rubric', '## Rubric')}\n## Each scene\n\nMeans of the readers: {', '.join(ASPECTS)}.\n\n"
         + table(["text", "before", "now"], each)
@@ -118,14 +118,14 @@ def page(folder: Path) -> tuple:
 
 
 def cell(both: dict, key: dict, text: str, program: str) -> str:
-    picture = next(picture for picture, one in key.items() if one["text"] == text and one["program"] == program)
-    return ", ".join(f"{one:.1f}" for one in both[picture])
+    image = next(image for image, one in key.items() if one["text"] == text and one["program"] == program)
+    return ", ".join(f"{one:.1f}" for one in both[image])
 
 
 def grades(path: Path) -> dict:
     with path.open(encoding="utf-8", newline="") as file:
         return {
-            row["picture"]: [float(row[aspect]) for aspect in ASPECTS] for row in csv.DictReader(file, delimiter="\t")
+            row["image"]: [float(row[aspect]) for aspect in ASPECTS] for row in csv.DictReader(file, delimiter="\t")
         }
 
 
