@@ -21,6 +21,7 @@ pub mod repair_turn;
 pub mod response_check;
 pub mod response_values;
 pub mod describe;
+mod offered_categories;
 pub mod recognize;
 pub mod measure;
 pub mod stacking;
@@ -123,8 +124,8 @@ impl ChatAnalyst {
 /// The schemas of all questions, which are part of the adapter's identity.
 fn schemas() -> Value {
     json!([
-        describe::schema(),
-        recognize::schema(),
+        describe::schema("a mug and a plate"),
+        recognize::schema(""),
         measure::schema(),
         stacking::schema(),
         check_top::schema(),

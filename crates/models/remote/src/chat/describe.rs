@@ -6,12 +6,13 @@ use glam::DVec3;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use super::offered_categories::offered_categories;
 use super::prompts::prompts;
 use super::repair_turn::Topic;
 use super::response_values::{Complaints, Extents, cyclic};
 use super::{ChatAnalyst, rejected, schema};
 use catalog::tables::TABLE_MATERIALS;
-use catalog::{categories, category, substance, table_models};
+use catalog::{category, substance, table_models};
 use ports::{Call, ProviderError};
 use runtime::seed::child_seed;
 use scene::request::{MAX_SEED, RequestOptions};
@@ -104,7 +105,8 @@ pub(super) fn materials() -> impl Iterator<Item = &'static str> {
     substance::substances().keys().map(String::as_str)
 }
 
-pub(super) fn schema() -> Value {
+/// Schema of the description of this text.
+pub(super) fn schema(text: &str) -> Value {
     let relation = schema::object(&[
         ("kind", schema::word(RELATIONS)),
         ("target", schema::text_or_null("name of the other object, null for a part of the table")),
@@ -112,7 +114,7 @@ pub(super) fn schema() -> Value {
     let mut object = vec![
         ("name", schema::text("such as mug_1")),
         ("label", schema::text("what a person would say")),
-        ("category", schema::word(categories().iter().map(|category| category.name.as_str()))),
+        ("category", schema::word(offered_categories(text))),
     ];
     object.extend(extents([OBJECT_M; 3]));
     object.extend([
@@ -167,7 +169,7 @@ pub(super) async fn describe(
     let max_objects = options.max_objects.unwrap_or(DEFAULT_MAX_OBJECTS) as usize;
     let topic = Topic {
         prompt: &prompts().describe,
-        schema: schema(),
+        schema: schema(&text),
         seed,
         data: json!({ "wish": &text, "most_objects": max_objects, "table": wanted }),
         images: Vec::new(),

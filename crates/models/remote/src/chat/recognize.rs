@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::camera_estimate::{CameraEstimate, fit_camera};
 use super::describe::{numbered_beside, shape_of};
+use super::offered_categories::offered_categories;
 use super::prompts::prompts;
 use super::repair_turn::Topic;
 use super::response_values::{Complaints, ImageBox};
@@ -15,7 +16,7 @@ use super::schema::PER_MILLE;
 use super::{ChatAnalyst, measure, rejected, schema, stacking};
 use crate::image;
 use crate::prompt::Prompt;
-use catalog::{categories, category, table_models};
+use catalog::{category, table_models};
 use ports::BAD_ANSWER;
 use ports::{Call, NamedObject, Port, ProviderError, RecognitionHints, ReferenceImage};
 use runtime::seed::child_seed;
@@ -87,8 +88,9 @@ pub(super) struct DetectedObject {
     pub place: ImageBox,
 }
 
-pub(super) fn schema() -> Value {
-    let kinds = categories().iter().map(|category| category.name.as_str()).chain([UNNAMED_CATEGORY]);
+/// Schema of the recognition of an image that has objects of these names beside others.
+pub(super) fn schema(named: &str) -> Value {
+    let kinds = offered_categories(named).into_iter().chain([UNNAMED_CATEGORY]);
     let object = schema::object(&[
         ("name", schema::text("such as mug_1")),
         ("label", schema::text("what it is, in a few words")),
@@ -127,8 +129,9 @@ pub(super) async fn recognize(
     let png = encoded.await?;
 
     let (prompt, data) = question(hints.as_deref());
-    let topic = Topic { prompt, schema: schema(), seed, data, images: vec![png.clone()] };
     let of_text = hints.as_deref().map_or(&[][..], RecognitionHints::named);
+    let named = of_text.iter().map(|object| object.category.as_str()).collect::<Vec<_>>().join(", ");
+    let topic = Topic { prompt, schema: schema(&named), seed, data, images: vec![png.clone()] };
     let detections = analyst.ask(call, topic, |answer| accepted(answer, of_text)).await?;
     let limit = options.max_objects.map_or(MAX_OBJECTS, |limit| limit as usize);
     if detections.objects.len() > limit {
