@@ -45,6 +45,8 @@ def main() -> bool:
     given = arguments(__doc__, before="", part="images", images="")
     folder = Path(given.images).resolve() if given.images else given.work / "grades"
     if given.part == "images":
+        if not given.before:
+            raise Problem("there is no program to compare with: give its path as --before")
         return make_images(folder, Path(given.before).resolve(), given.binary)
     body, holds = page(folder)
     write("grades", "Grades of images by readers", body, DEPENDS_ON)

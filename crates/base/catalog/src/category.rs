@@ -1,5 +1,6 @@
 //! Object categories of the catalog.
 
+use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use glam::DVec3;
@@ -225,7 +226,6 @@ pub(super) fn built_in() -> Vec<Category> {
         include_str!("../../../../config/catalog/desk_and_crafts.toml"),
         include_str!("../../../../config/catalog/games_and_sports.toml"),
         include_str!("../../../../config/catalog/personal_care.toml"),
-        include_str!("../../../../config/catalog/more_objects.toml"),
     ];
     sources.into_iter().flat_map(with_unread_shapes).collect()
 }
@@ -260,9 +260,13 @@ pub fn categories() -> &'static [Category] {
     CATEGORIES.get_or_init(|| built_in().into_iter().chain(added().iter().cloned()).collect())
 }
 
+static BY_NAME: OnceLock<HashMap<&'static str, &'static Category>> = OnceLock::new();
+
 /// The category of that name, also of the hidden ones that build stand-ins.
 pub fn category(name: &str) -> Option<&'static Category> {
-    categories().iter().chain(super::stand_in::hidden_categories()).find(|category| category.name == name)
+    let all = || categories().iter().chain(super::stand_in::hidden_categories());
+    let by_name = BY_NAME.get_or_init(|| all().map(|category| (category.name.as_str(), category)).collect());
+    by_name.get(name).copied()
 }
 
 #[cfg(test)]
