@@ -8,7 +8,7 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 use super::Generator;
-use super::added::{added, read_categories};
+use super::added::{added, normalized, read_categories};
 use super::kit::{StoredShape, from_shape};
 use geometry::Rgb;
 use runtime::seed::Rng;
@@ -17,7 +17,7 @@ use runtime::seed::Rng;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Category {
-    /// `[a-z0-9_]`, unique; also the generator's name where there is no shape.
+    /// `[a-z0-9_]`, unique.
     pub name: String,
     /// Singular display name ("coffee mug").
     pub label: String,
@@ -65,7 +65,11 @@ pub struct Category {
     pub symmetry_order: u32,
     /// Usual zone on a table.
     pub zone: Zone,
-    /// Shape of the category, unless a generator of its name builds it.
+    /// Whether an object of an image may get this name when no text names it. The thresholds of that decision were
+    /// measured with the categories that have it.
+    #[serde(default)]
+    pub is_image_candidate: bool,
+    /// Shape of its objects; `None` for the hidden categories of stand-ins, which functions build.
     #[serde(default)]
     pub shape: Option<StoredShape>,
 }
@@ -162,12 +166,6 @@ impl Category {
         self.affordances.contains(&affordance)
     }
 
-    /// Whether an object of an image may get this name when no text names it. The thresholds of that decision were
-    /// measured with the categories that have generators; those with shapes are left out until they are measured too.
-    pub fn is_image_candidate(&self) -> bool {
-        self.shape.is_none()
-    }
-
     pub fn can_be(&self, state: State) -> bool {
         self.states.contains(&state)
     }
@@ -178,22 +176,13 @@ impl Category {
         self.container_volume_m3.map(|volume_m3| volume_m3 * scale.element_product())
     }
 
-    /// The builder of its mesh: its shape if there is one, else the function of its name.
+    /// The builder of its mesh: its shape, or the function of a stand-in.
     pub(super) fn generator(&self) -> Option<Generator> {
         if self.shape.is_some() {
             return Some(from_shape);
         }
-        [
-            super::dining::GENERATORS,
-            super::office::GENERATORS,
-            super::workbench::GENERATORS,
-            super::crafting::GENERATORS,
-            super::stand_in::GENERATORS,
-        ]
-        .iter()
-        .flat_map(|family| family.iter())
-        .find(|(name, _)| *name == self.name)
-        .map(|(_, generator)| *generator)
+        let functions = super::stand_in::GENERATORS;
+        functions.iter().find(|(name, _)| *name == self.name).map(|(_, generator)| *generator)
     }
 }
 
@@ -267,6 +256,15 @@ pub fn category(name: &str) -> Option<&'static Category> {
     let all = || categories().iter().chain(super::stand_in::hidden_categories());
     let by_name = BY_NAME.get_or_init(|| all().map(|category| (category.name.as_str(), category)).collect());
     by_name.get(name).copied()
+}
+
+static BY_WORD: OnceLock<HashMap<String, &'static Category>> = OnceLock::new();
+
+/// The category with this name, label or synonym, singular. Case, hyphens and underscores do not matter.
+pub fn category_called(noun: &str) -> Option<&'static Category> {
+    let words = |category: &'static Category| category.words().map(move |word| (normalized(word), category));
+    let by_word = BY_WORD.get_or_init(|| categories().iter().flat_map(words).collect());
+    by_word.get(&normalized(noun)).copied()
 }
 
 #[cfg(test)]

@@ -9,11 +9,14 @@
 //! Deserialization refuses a part with two forms or too few points, an unknown finish and an unknown key;
 //! [`Shape::check`] refuses forms that are no solids and surfaces that do not exist.
 
+mod alternatives;
+mod faces;
 mod form;
 mod forms;
 mod surface;
 mod table_error;
 mod part;
+mod skins;
 mod stored_shape;
 mod placement;
 
@@ -23,9 +26,11 @@ use glam::DVec3;
 use serde::Deserialize;
 
 use crate::{Order, category};
-use form::rested;
+use alternatives::Alternatives;
+pub(crate) use form::rested;
 use geometry::{Material, TexturedMesh};
 use part::Part;
+pub(crate) use skins::{column, turned_ring};
 pub use stored_shape::StoredShape;
 use surface::{Finish, Surface};
 
@@ -36,22 +41,30 @@ const ROUND_RATIO: f64 = 1.12;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shape {
-    /// The category whose parts and surfaces this shape has; surfaces of its own replace those of the same name.
+    /// The category whose parts and surfaces this shape has. Its own parts are added to them; its own surfaces replace
+    /// those of the same name.
     #[serde(default)]
     like: Option<String>,
     #[serde(default)]
     part: Vec<Part>,
+    /// Number of variants; an object has the parts of one of them, drawn by its random stream.
+    #[serde(default = "one")]
+    variants: u32,
     /// Finish of the surface `main`, which has the object's color, and the requested material if there is one.
     #[serde(default)]
     finish: Option<Finish>,
     #[serde(default)]
-    surface: BTreeMap<String, Surface>,
+    surface: BTreeMap<String, Alternatives>,
     /// Printed on labels; a made-up brand where it is absent.
     #[serde(default)]
     word: Option<String>,
     /// Whatever lies below this height is pressed up to it, so that the object has a facet to rest on.
     #[serde(default)]
     rest_m: f64,
+}
+
+const fn one() -> u32 {
+    1
 }
 
 /// Reason why a shape cannot be built.
@@ -64,6 +77,9 @@ pub enum ShapeError {
     NotLike(String),
     #[error("no surface `{0}`: define it below `[category.shape.surface]`")]
     UnknownSurface(String),
+    /// No part is in the variant with this number.
+    #[error("variant {0} has no parts")]
+    EmptyVariant(u32),
     /// The surface of the part with this number is open, or it encloses no volume.
     #[error("part {0} is no solid: its surface is open, inverted or encloses nothing")]
     NoSolid(usize),
@@ -75,6 +91,12 @@ impl Shape {
         let Some(name) = &self.like else { return Ok(self) };
         let origin = category(name).and_then(|category| category.shape.as_ref()).map(StoredShape::get);
         origin.filter(|shape| shape.like.is_none()).ok_or_else(|| ShapeError::NotLike(name.clone()))
+    }
+
+    /// The parts of the shape that it is like, and its own.
+    fn parts<'a>(&'a self, origin: &'a Shape) -> impl Iterator<Item = &'a Part> {
+        let own = if self.like.is_some() { &self.part[..] } else { &[] };
+        origin.part.iter().chain(own)
     }
 
     /// Checks that the shape has parts and every part is a solid with a surface. Builds the parts; the tests of the
@@ -90,10 +112,14 @@ impl Shape {
                 || origin.surface.contains_key(name)
                 || surface::common(name).is_some()
         };
-        if let Some(part) = origin.part.iter().find(|part| !known(&part.surface)) {
-            return Err(ShapeError::UnknownSurface(part.surface.clone()));
+        if let Some(name) = self.parts(origin).flat_map(Part::surfaces).find(|name| !known(name)) {
+            return Err(ShapeError::UnknownSurface(name.to_owned()));
         }
-        match origin.part.iter().position(|part| !part.is_solid()) {
+        let is_empty = |variant: &u32| !self.parts(origin).any(|part| part.is_in(*variant));
+        if let Some(empty) = (1..=origin.variants.max(1)).find(is_empty) {
+            return Err(ShapeError::EmptyVariant(empty));
+        }
+        match self.parts(origin).position(|part| !part.is_solid()) {
             Some(number) => Err(ShapeError::NoSolid(number)),
             None => Ok(()),
         }
@@ -103,18 +129,21 @@ impl Shape {
     fn assembled(&self, order: &mut Order) -> TexturedMesh {
         let Ok(origin) = self.origin() else { return TexturedMesh::default() };
         let word = self.word.as_ref().or(origin.word.as_ref()).map_or("", String::as_str);
+        let variant = if origin.variants > 1 { order.pick(origin.variants as usize) as u32 + 1 } else { 1 };
         let mut dressed: BTreeMap<&str, (Surface, Material)> = BTreeMap::new();
         let mut mesh = TexturedMesh::default();
-        for part in &origin.part {
-            let name = part.surface.as_str();
-            let (surface, material) = dressed.entry(name).or_insert_with(|| {
-                let own = self.surface.get(name).or_else(|| origin.surface.get(name)).cloned();
-                let finish = self.finish.or(origin.finish).unwrap_or_default();
-                let surface = own.or_else(|| surface::common(name)).unwrap_or_else(|| Surface::main(finish));
-                let material = surface.material(name, word, order);
-                (surface, material)
-            });
-            for solid in part.solids(order) {
+        for part in self.parts(origin).filter(|part| part.is_in(variant)) {
+            for (name, solid) in part.pieces(order) {
+                let (surface, material) = dressed.entry(name).or_insert_with(|| {
+                    let own = self.surface.get(name).or_else(|| origin.surface.get(name));
+                    let own = own.and_then(|surfaces| surfaces.drawn(order)).cloned();
+                    let finish = self.finish.or(origin.finish).unwrap_or_default();
+                    let surface =
+                        own.or_else(|| surface::common(name)).unwrap_or_else(|| Surface::main(finish));
+                    let surface = surface.as_asked(name, order);
+                    let material = surface.material(name, word, order);
+                    (surface, material)
+                });
                 let solid = if origin.rest_m > 0.0 { rested(solid, origin.rest_m) } else { solid };
                 mesh.add(surface.mapped(solid), material);
             }

@@ -1,9 +1,9 @@
-//! The parametric object catalog: names, sizes and materials of object categories, and functions that build their
-//! meshes.
+//! The parametric object catalog: names, sizes, materials and shapes of object categories, and the meshes built from
+//! them.
 //!
 //! Data live in `config/catalog/*.toml` and `config/materials.toml` and are compiled in by `include_str!`; a program
-//! may add categories of the user ([`add_categories`]). Each category has a shape, which the module `kit` builds, or
-//! names a generator in one of the family modules below.
+//! may add categories of the user ([`add_categories`]). Each category has a shape, which the module `kit` builds.
+//! Tables and stand-ins, whose proportions are free, are built by functions.
 //! Building is deterministic: the same recipe gives the same mesh. The crate must not depend on rendering, scenes,
 //! models or file formats.
 //!
@@ -11,14 +11,13 @@
 //! use catalog::{Recipe, build};
 //!
 //! let recipe = Recipe::typical("mug", None, None).expect("a category of the catalog");
-//! let mesh = build(&recipe).expect("every category has a generator");
+//! let mesh = build(&recipe).expect("every category has a shape");
 //! assert!((mesh.size_m() - recipe.size_m).length() < 0.01);
 //! ```
 
 mod category;
 mod added;
 mod recipe;
-mod assembly;
 mod kit;
 mod mesh_cache;
 pub mod checks;
@@ -28,14 +27,12 @@ mod wikidata;
 pub mod stand_in;
 pub mod physical;
 pub mod texture;
-pub mod dining;
-pub mod office;
-pub mod workbench;
-pub mod crafting;
 pub mod tables;
 
 pub use added::{CategoryError, CategoryFault, add_categories, added_digest, read_categories};
-pub use category::{Affordance, Category, Facing, SizeRange, State, Zone, categories, category};
+pub use category::{
+    Affordance, Category, Facing, SizeRange, State, Zone, categories, category, category_called,
+};
 pub use kit::{ShapeError, StoredShape};
 pub use physical::{PhysicalProperties, made_of, physical_properties};
 pub use recipe::{Generator, Order, Recipe, build, build_cached};

@@ -13,41 +13,6 @@ pub struct Allowed {
 /// Exceptions for identifiers and comments.
 pub const ALLOWED: &[Allowed] = &[
     Allowed {
-        path: "crates/base/catalog/src/crafting.rs",
-        words: &["paint", "painting"],
-        reason: "the paint bottle and the paint palette are objects, painting is the craft they belong to",
-    },
-    Allowed {
-        path: "crates/base/catalog/src/crafting/models.rs",
-        words: &["paint"],
-        reason: "the paint of a model car or plane",
-    },
-    Allowed {
-        path: "crates/base/catalog/src/crafting/painting.rs",
-        words: &["paint", "painter", "painting", "paints"],
-        reason: "the file builds paint bottles, brushes, a painter's palette and a canvas with a painting",
-    },
-    Allowed {
-        path: "crates/base/catalog/src/workbench",
-        words: &["paint"],
-        reason: "the paint can is an object, with drips of paint",
-    },
-    Allowed {
-        path: "crates/base/catalog/",
-        words: &["knob"],
-        reason: "the knob is a part of lids, planes, toasters and meters",
-    },
-    Allowed {
-        path: "crates/base/catalog/src/office.rs",
-        words: &["picture"],
-        reason: "the picture frame is an object",
-    },
-    Allowed {
-        path: "crates/base/catalog/src/office/decor.rs",
-        words: &["picture"],
-        reason: "the picture frame is an object",
-    },
-    Allowed {
         path: "python/tabletopgen_checks/bars/references.py",
         words: &["pictures"],
         reason: "the name of a command line option",
@@ -123,7 +88,7 @@ pub const ALLOWED_IN_TEXTS: &[Allowed] = &[
     },
     Allowed {
         path: "crates/dev/tidy/src/allowed.rs",
-        words: &["knob", "paint", "painter", "painting", "picture"],
+        words: &["picture"],
         reason: "the reasons above name these objects",
     },
     Allowed {

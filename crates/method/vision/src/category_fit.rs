@@ -239,7 +239,7 @@ fn initial_matches(
     cancel: &CancelFlag,
 ) -> Result<Vec<InitialMatch<'static>>, Cancelled> {
     let mut first: Vec<InitialMatch> = Vec::new();
-    for category in stock().iter().filter(|stock| stock.category.is_image_candidate()) {
+    for category in stock().iter().filter(|stock| stock.category.is_image_candidate) {
         cancel.check()?;
         // The best-matching variant of each category.
         let meshes = (0..VARIANTS).filter_map(|variant| category.mesh(variant));

@@ -46,7 +46,7 @@ impl Form {
         let (points, needed) = match self {
             Self::Revolution(form) => (form.profile.len(), 2),
             Self::Hoop(form) => (form.section.len(), 3),
-            Self::Tube(form) => (form.path.len(), 2),
+            Self::Tube(form) => (form.point_count(), 2),
             Self::Extrusion(form) => (form.outline.len(), 3),
             Self::Loft(form) => (form.sections.len(), 2),
             Self::Silhouette(form) => (form.outline.len(), 3),
@@ -66,7 +66,7 @@ impl Form {
 }
 
 /// The solid with everything below `floor_m` pressed up to it.
-pub(super) fn rested(solid: Solid, floor_m: f64) -> Solid {
+pub(crate) fn rested(solid: Solid, floor_m: f64) -> Solid {
     if solid.positions.iter().all(|p| p.z >= floor_m) {
         return solid;
     }

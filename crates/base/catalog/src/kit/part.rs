@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::faces::{Faces, split};
 use super::form::Form;
 use super::forms::{Ball, Block, Cylinder, Extrusion, Hoop, Loft, Revolution, Silhouette, Torus, Tube};
 use super::placement::{Circle, Mirror, Placement, Row};
@@ -19,7 +20,11 @@ pub(super) struct Part {
     /// Amplitude of irregular bumps, share of the distance from the part's center.
     lumpy: f64,
     /// `main`, a surface of the shape, or a common surface.
-    pub surface: String,
+    surface: String,
+    /// Faces with another surface.
+    faces: Vec<Faces>,
+    /// Variants that have the part; every variant where it is empty.
+    only_in: Vec<u32>,
 }
 
 /// A part as it stands in the file: exactly one of the forms is given.
@@ -49,6 +54,10 @@ struct PartTable {
     #[serde(default)]
     lumpy: f64,
     surface: Option<String>,
+    #[serde(default)]
+    faces: Vec<Faces>,
+    #[serde(default)]
+    only_in: Vec<u32>,
 }
 
 impl TryFrom<PartTable> for Part {
@@ -83,7 +92,8 @@ impl TryFrom<PartTable> for Part {
             circle: table.circle,
         };
         let surface = table.surface.unwrap_or_else(|| MAIN.to_owned());
-        Ok(Self { form, placement, lumpy: table.lumpy, surface })
+        let (faces, only_in) = (table.faces, table.only_in);
+        Ok(Self { form, placement, lumpy: table.lumpy, surface, faces, only_in })
     }
 }
 
@@ -93,10 +103,24 @@ impl Part {
         self.form.is_solid()
     }
 
-    /// The closed solids of all copies, in the shape's frame, meters.
-    pub fn solids(&self, order: &mut Order) -> Vec<Solid> {
+    /// Whether the variant with this number, from 1, has the part.
+    pub fn is_in(&self, variant: u32) -> bool {
+        self.only_in.is_empty() || self.only_in.contains(&variant)
+    }
+
+    /// Names of its surfaces.
+    pub fn surfaces(&self) -> impl Iterator<Item = &str> {
+        [&self.surface].into_iter().chain(self.faces.iter().map(|faces| &faces.surface)).map(String::as_str)
+    }
+
+    /// The solids of all copies in the shape's frame, meters, in pieces of one surface: its name and the piece. The
+    /// pieces of a copy together are closed.
+    pub fn pieces(&self, order: &mut Order) -> Vec<(&str, Solid)> {
         let solid = self.form.solid();
         let solid = if self.lumpy > 0.0 { super::form::bumpy(solid, self.lumpy, order) } else { solid };
-        self.placement.copies(&solid)
+        let pieces = split(solid, &self.surface, &self.faces);
+        let placed =
+            |(surface, piece)| self.placement.copies(&piece).into_iter().map(move |solid| (surface, solid));
+        pieces.into_iter().flat_map(placed).collect()
     }
 }

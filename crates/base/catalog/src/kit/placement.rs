@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 use glam::{DQuat, DVec2, DVec3};
 use serde::Deserialize;
 
-use crate::assembly::mirrored_x;
 use geometry::Solid;
 
 /// Position, orientation and repetition of a part in the shape's frame.
@@ -76,6 +75,14 @@ impl Placement {
         }
         copies
     }
+}
+
+/// The mirror image in the plane x = 0.
+fn mirrored_x(mut solid: Solid) -> Solid {
+    solid.positions.iter_mut().for_each(|p| p.x = -p.x);
+    solid.normals.iter_mut().for_each(|n| n.x = -n.x);
+    solid.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    solid
 }
 
 /// The mirror image in the plane y = 0.

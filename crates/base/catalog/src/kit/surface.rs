@@ -4,11 +4,12 @@ use serde::Deserialize;
 
 use super::table_error::TableError;
 use crate::Order;
+use crate::texture::print::{Mapping, Print, PrintOrder, print};
 use crate::texture::{
-    banana_skin, checker, citrus_peel, crust, fruit_skin, is_finish, label, mapped_from_above,
-    mapped_from_front, mapped_on_box, material_finish, sprinkles, stripes, wrap_label, wrapped_around,
+    is_finish, mapped_from_above, mapped_from_front, mapped_from_side, mapped_on_box, material_finish,
+    wrapped_around,
 };
-use geometry::{Material, Rgb, Solid};
+use geometry::{Material, Rgb, Solid, Vec2};
 
 /// The surface of parts that name none: the object's color and the requested material.
 pub(super) const MAIN: &str = "main";
@@ -24,7 +25,7 @@ pub(super) struct Surface {
     finish: Finish,
     #[serde(default)]
     color: Tint,
-    /// Second color of patterns and labels.
+    /// Second color of patterns and labels; `main` is the object's, the others follow from the surface's.
     #[serde(default = "Tint::contrasting")]
     second: Tint,
     /// Printed on a label, in place of the shape's word.
@@ -36,6 +37,15 @@ pub(super) struct Surface {
     /// Share of light that the surface lets through.
     #[serde(default)]
     transparency: f32,
+    /// In place of those of the finish.
+    roughness: Option<f32>,
+    metalness: Option<f32>,
+    /// Whether it becomes of the material that was asked for, as `main` does.
+    #[serde(default)]
+    takes_material: bool,
+    map: Option<Mapping>,
+    /// Number of times that an image repeats along u and v.
+    repeat: Option<Vec2>,
 }
 
 /// Rule by which a color follows from the object's.
@@ -102,20 +112,8 @@ pub(super) enum Finish {
     Matte,
     /// A material that [`material_finish`] knows.
     Material(MaterialName),
-    /// A fruit's skin, its second color a blush.
-    Skin,
-    Peel,
-    BananaSkin,
-    /// Baked, the second color paler.
-    Crust,
-    Sprinkles,
-    Stripes,
-    Checker,
-    /// A label on each face of a box, around a body of revolution, on the front, on the top.
-    BoxLabel,
-    WrapLabel,
-    FrontLabel,
-    TopLabel,
+    /// An image that [`print`] knows.
+    Print(&'static Print),
 }
 
 /// Names of [`Finish::Material`]s, which need a static lifetime.
@@ -159,22 +157,11 @@ impl TryFrom<String> for Finish {
             "plastic" => Self::Plastic,
             "gloss" => Self::Gloss,
             "matte" => Self::Matte,
-            "skin" => Self::Skin,
-            "peel" => Self::Peel,
-            "banana_skin" => Self::BananaSkin,
-            "crust" => Self::Crust,
-            "sprinkles" => Self::Sprinkles,
-            "stripes" => Self::Stripes,
-            "checker" => Self::Checker,
-            "box_label" => Self::BoxLabel,
-            "wrap_label" => Self::WrapLabel,
-            "front_label" => Self::FrontLabel,
-            "top_label" => Self::TopLabel,
-            _ => {
-                let material = MATERIALS.iter().find(|name| **name == text);
-                let material = material.ok_or(TableError::UnknownFinish(text))?;
-                Self::Material(MaterialName(material))
-            }
+            _ => match (MATERIALS.iter().find(|name| **name == text), print(&text)) {
+                (Some(material), _) => Self::Material(MaterialName(material)),
+                (None, Some(print)) => Self::Print(print),
+                (None, None) => return Err(TableError::UnknownFinish(text)),
+            },
         };
         Ok(finish)
     }
@@ -227,48 +214,76 @@ impl Surface {
             word: None,
             count: None,
             transparency: 0.0,
+            roughness: None,
+            metalness: None,
+            takes_material: false,
+            map: None,
+            repeat: None,
+        }
+    }
+
+    /// The material that was asked for, if the surface of this name takes it.
+    fn requested<'a>(&self, name: &str, order: &Order<'a>) -> Option<&'a str> {
+        order.material.filter(|material| (name == MAIN || self.takes_material) && is_finish(material))
+    }
+
+    /// The surface with the material that was asked for, which repeats, in place of a print.
+    pub fn as_asked(self, name: &str, order: &Order) -> Self {
+        let printed = matches!(self.finish, Finish::Print(_));
+        match self.requested(name, order) {
+            Some(_) if printed => Self { map: Some(Mapping::Tiled), repeat: None, ..self },
+            _ => self,
         }
     }
 
     /// The material, called `name`. `word` is the shape's.
     pub fn material(&self, name: &str, word: &str, order: &mut Order) -> Material {
-        let requested = order.material.filter(|material| name == MAIN && is_finish(material));
         let color = self.color.of(order.color);
-        let second = self.second.of(color);
         let word = self.word.as_deref().unwrap_or(word);
+        let asked = self.requested(name, order);
+        let ink = if self.second == Tint::Same { order.color } else { self.second.of(color) };
         let rng = &mut order.rng;
-        let textured = |texture, roughness| Material::textured(name, texture, roughness);
-        let count = |usual: u32| self.count.unwrap_or(usual) as usize;
-        let material = match (requested, self.finish) {
-            (Some(requested), _) => material_finish(requested, color, rng),
+        let material = match (asked, self.finish) {
+            (Some(asked), _) => material_finish(asked, color, rng),
             (None, Finish::Plastic) => Material::plain(name, color, 0.38),
             (None, Finish::Gloss) => Material::plain(name, color, 0.14),
             (None, Finish::Matte) => Material::plain(name, color, 0.8),
             (None, Finish::Material(material)) => material_finish(material.0, color, rng),
-            (None, Finish::Skin) => textured(fruit_skin(color, second, rng), 0.4),
-            (None, Finish::Peel) => textured(citrus_peel(color, rng), 0.5),
-            (None, Finish::BananaSkin) => textured(banana_skin(color, rng), 0.5),
-            (None, Finish::Crust) => textured(crust(color, second, rng), 0.85),
-            (None, Finish::Sprinkles) => textured(sprinkles(color, count(60), rng), 0.4),
-            (None, Finish::Stripes) => textured(stripes(color, second, count(8)), 0.6),
-            (None, Finish::Checker) => textured(checker(color, second, count(6), count(6)), 0.6),
-            (None, Finish::WrapLabel) => textured(wrap_label(color, second, word, rng), 0.45),
-            (None, Finish::BoxLabel | Finish::FrontLabel | Finish::TopLabel) => {
-                textured(label(color, second, word, rng), 0.5)
+            (None, Finish::Print(print)) => {
+                let image =
+                    (print.draw)(&mut PrintOrder { ground: color, ink, word, count: self.count, rng });
+                Material::textured(name, image, print.roughness)
             }
         };
-        Material { name: name.to_owned(), opacity: material.opacity * (1.0 - self.transparency), ..material }
+        let own = if asked.is_none() { (self.roughness, self.metalness) } else { (None, None) };
+        Material {
+            name: name.to_owned(),
+            opacity: material.opacity * (1.0 - self.transparency),
+            roughness: own.0.unwrap_or(material.roughness),
+            metalness: own.1.unwrap_or(material.metalness),
+            ..material
+        }
     }
 
     /// The solid with texture coordinates for this finish.
     pub fn mapped(&self, solid: Solid) -> Solid {
-        match self.finish {
-            Finish::BoxLabel => mapped_on_box(solid),
-            Finish::WrapLabel => wrapped_around(solid),
-            Finish::FrontLabel | Finish::Stripes => mapped_from_front(solid),
-            Finish::TopLabel | Finish::Sprinkles => mapped_from_above(solid),
-            Finish::Material(_) | Finish::Checker => solid.with_box_uvs(REPEAT_M),
-            _ => solid,
+        let usual = match self.finish {
+            Finish::Material(_) => Mapping::Tiled,
+            Finish::Print(print) => print.mapping,
+            Finish::Plastic | Finish::Gloss | Finish::Matte => Mapping::Own,
+        };
+        let mut solid = match self.map.unwrap_or(usual) {
+            Mapping::Front => mapped_from_front(solid),
+            Mapping::Top => mapped_from_above(solid),
+            Mapping::Side => mapped_from_side(solid),
+            Mapping::Around => wrapped_around(solid),
+            Mapping::Box => mapped_on_box(solid),
+            Mapping::Tiled => solid.with_box_uvs(REPEAT_M),
+            Mapping::Own => solid,
+        };
+        if let Some(repeat) = self.repeat {
+            solid.uvs.iter_mut().for_each(|uv| *uv *= repeat);
         }
+        solid
     }
 }

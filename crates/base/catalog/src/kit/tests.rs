@@ -53,6 +53,7 @@ fn shapes_that_cannot_be_built_are_refused_with_the_reason() {
             "exactly one form",
         ),
         ("part = [{ turned = { profile = [[0.1, 0.0]] } }]", "needs 2"),
+        ("part = [{ tube = { path = [[0, 0, 0], [0, 0, 1]], radii = [0.1] } }]", "needs 2"),
         ("part = [{ box = { size = [0.1, 0.1, 0.1], radius = 0.1 } }]", "unknown field `radius`"),
         ("finish = \"velvet\"", "no finish is called `velvet`"),
         ("surface.cap = { color = \"#12\" }", "`#12` is no color"),
@@ -63,14 +64,33 @@ fn shapes_that_cannot_be_built_are_refused_with_the_reason() {
         assert!(error.contains(reason), "{text}: {error}");
     }
     assert_eq!(shape("").expect("parses").check(), Err(ShapeError::NoParts));
-    assert_eq!(shape("like = \"mug\"").expect("parses").check(), Err(ShapeError::NotLike("mug".into())));
+    assert_eq!(
+        shape("like = \"stand_in_box\"").expect("parses").check(),
+        Err(ShapeError::NotLike("stand_in_box".into()))
+    );
     let inverted =
         "part = [{ ball = { size = [0.1, 0.1, 0.1] } }, { turned = { profile = [[0.1, 0.1], [0.1, 0.0]] } }]";
     assert_eq!(shape(inverted).expect("parses").check(), Err(ShapeError::NoSolid(1)));
     let flat = "part = [{ box = { size = [0.1, 0.1, 0.0] } }]";
     assert_eq!(shape(flat).expect("parses").check(), Err(ShapeError::NoSolid(0)));
+    let absent = "variants = 2\npart = [{ ball = { size = [0.1, 0.1, 0.1] }, only_in = [1] }]";
+    assert_eq!(shape(absent).expect("parses").check(), Err(ShapeError::EmptyVariant(2)));
+    let rim =
+        "part = [{ ball = { size = [0.1, 0.1, 0.1] }, faces = [{ facing = \"up\", surface = \"rim\" }] }]";
+    assert_eq!(shape(rim).expect("parses").check(), Err(ShapeError::UnknownSurface("rim".into())));
     let odd = "part = [{ ball = { size = [0.1, 0.1, 0.1] }, surface = \"felt\" }]";
     assert_eq!(shape(odd).expect("parses").check(), Err(ShapeError::UnknownSurface("felt".into())));
+}
+
+/// An order of a black cube.
+fn order(seed: u64) -> Order<'static> {
+    Order {
+        category: category("cube").expect("in the catalog"),
+        size_m: DVec3::ONE,
+        color: geometry::Rgb::hex(0),
+        material: None,
+        rng: runtime::seed::child_rng(seed, "copies"),
+    }
 }
 
 #[test]
@@ -78,18 +98,10 @@ fn copies_are_where_rows_circles_and_mirrors_put_them() {
     let centers = |placement: &str| -> Vec<[i64; 3]> {
         let text = format!("part = [{{ box = {{ size = [0.01, 0.01, 0.01] }}, {placement} }}]");
         let shape = shape(&text).expect("parses");
-        let category = category("cube").expect("in the catalog");
-        let mut order = Order {
-            category,
-            size_m: DVec3::ONE,
-            color: geometry::Rgb::hex(0),
-            material: None,
-            rng: runtime::seed::child_rng(1, "copies"),
-        };
         let mut centers: Vec<[i64; 3]> = shape.part[0]
-            .solids(&mut order)
+            .pieces(&mut order(1))
             .iter()
-            .map(|solid| {
+            .map(|(_, solid)| {
                 let sum: DVec3 = solid.positions.iter().sum();
                 (1000.0 * sum / solid.positions.len() as f64).round().to_array().map(|c| c as i64)
             })
@@ -115,4 +127,68 @@ fn main_parts_take_the_requested_color_and_material() {
     assert_eq!(mesh.materials[0].base_color, red);
     let steel = Recipe { material: Some("steel".into()), ..plain };
     assert_eq!(build(&steel).expect("builds").materials[0].metalness, 1.0);
+}
+
+#[test]
+fn objects_of_different_seeds_have_different_variants_and_surfaces() {
+    let text = r##"
+        variants = 3
+        part = [
+            { box = { size = [0.1, 0.1, 0.1] }, surface = "side", only_in = [1, 3] },
+            { ball = { size = [0.1, 0.1, 0.1] }, surface = "side", only_in = [2] },
+        ]
+        surface.side = [{ color = "#ff0000" }, { color = "#00ff00" }]
+    "##;
+    let shape = shape(text).expect("parses");
+    assert_eq!(shape.check(), Ok(()));
+    let kinds: std::collections::BTreeSet<(bool, [u8; 4])> = (0..40)
+        .map(|seed| shape.assembled(&mut order(seed)))
+        .map(|mesh| (mesh.triangle_count() > 12, mesh.materials[0].base_color.to_rgba8()))
+        .collect();
+    assert_eq!(kinds.len(), 4, "{kinds:?}");
+}
+
+#[test]
+fn faces_have_surfaces_of_their_own_and_the_solid_stays_closed() {
+    let text = r##"
+        part = [{ turned = { profile = [[0.04, 0], [0.05, 0.1]], wall = 0.004 }, faces = [
+            { above = 0.0999, surface = "gold" },
+            { facing = "inside", surface = "white" },
+            { facing = "down", within = 0.06, surface = "black" },
+        ] }]
+    "##;
+    let shape = shape(text).expect("parses");
+    let pieces = shape.part[0].pieces(&mut order(1));
+    let [rim, inside, below, outside] = ["gold", "white", "black", "main"].map(|name| {
+        let mut pieces = pieces.iter().filter(|(surface, _)| *surface == name);
+        let (Some((_, piece)), None) = (pieces.next(), pieces.next()) else { panic!("{name}") };
+        piece
+    });
+    let lowest = |solid: &geometry::Solid| solid.positions.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    assert!(lowest(rim) > 0.098 && (lowest(inside) - 0.004).abs() < 1e-9, "{}", lowest(inside));
+    assert!(below.positions.iter().all(|p| p.z == 0.0) && lowest(outside) == 0.0);
+    let mesh = shape.assembled(&mut order(1));
+    assert_eq!(mesh.materials.len(), 4);
+    let recipe = Recipe::typical("cube", None, None).expect("in the catalog");
+    assert_eq!(crate::checks::closed(&recipe, &mesh), None);
+}
+
+#[test]
+fn tubes_holes_and_helices_have_their_sizes() {
+    let size = |form: &str| {
+        let shape = shape(&format!("part = [{{ {form} }}]")).expect("parses");
+        assert_eq!(shape.check(), Ok(()), "{form}");
+        let mesh = shape.assembled(&mut order(1));
+        (1000.0 * mesh.size_m()).round()
+    };
+    let bulb =
+        "tube = { path = [[0, 0, 0], [0, 0, 0.1], [0, 0, 0.2]], radii = [0.01, 0.03, 0.01], segments = 32 }";
+    assert_eq!(size(bulb), DVec3::new(60.0, 60.0, 200.0));
+    let spring = "tube = { helix = { radius = 0.02, pitch = 0.01, turns = 4 }, radius = 0.001 }";
+    assert!((size(spring) - DVec3::new(42.0, 42.0, 42.0)).abs().max_element() <= 2.0, "{}", size(spring));
+    let washer = "plate = { outline = [[-0.02, -0.02], [0.02, -0.02], [0.02, 0.02], [-0.02, 0.02]], thickness = 0.003, hole = { radius = 0.01, sides = 6 } }";
+    let part = &shape(&format!("part = [{{ {washer} }}]")).expect("parses").part[0];
+    let (_, solid) = &part.pieces(&mut order(1))[0];
+    let expected_m3 = 0.003 * (0.04 * 0.04 - 1.5 * 3.0_f64.sqrt() * 0.01 * 0.01);
+    assert!((solid.volume_m3() / expected_m3 - 1.0).abs() < 0.01, "{}", solid.volume_m3() / expected_m3);
 }

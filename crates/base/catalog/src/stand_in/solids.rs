@@ -6,10 +6,10 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use crate::Order;
-use crate::assembly::{Assembly, bar, column, points, resting, turned_ring, yawed};
+use crate::kit::{column, rested, turned_ring};
 use crate::substance::substance;
 use crate::texture::{brushed_metal, fabric_weave, granite, is_finish, material_finish, wood_grain};
 use geometry::shapes::{
@@ -48,9 +48,24 @@ fn finish(order: &mut Order) -> Material {
 /// One solid in the ordered finish, scaled to the ordered extents.
 fn in_one_piece(order: &mut Order, solid: Solid) -> TexturedMesh {
     let main = finish(order);
-    let mut assembly = Assembly::new();
-    assembly.put(solid, [0.0; 3], &main);
-    assembly.fitted(order.size_m)
+    fitted(&[(solid, &main)], order.size_m)
+}
+
+/// The parts, seated, scaled per axis to the extents.
+fn fitted(parts: &[(Solid, &Material)], size_m: DVec3) -> TexturedMesh {
+    let mut mesh = TexturedMesh::default();
+    parts.iter().for_each(|(solid, material)| mesh.add(solid.clone(), material));
+    let scale = size_m / mesh.size_m().max(DVec3::splat(1e-9));
+    mesh.seated().scaled(scale)
+}
+
+/// Points of a profile, shares of a radius or width and of a height.
+fn profile(shares: &[(f64, f64)], across_m: f64, height_m: f64) -> Vec<DVec2> {
+    shares.iter().map(|&(x, y)| DVec2::new(x * across_m, y * height_m)).collect()
+}
+
+fn raised(solid: Solid, z_m: f64) -> Solid {
+    solid.translated(DVec3::new(0.0, 0.0, z_m))
 }
 
 pub(super) fn block(order: &mut Order) -> TexturedMesh {
@@ -69,7 +84,7 @@ pub(super) fn can(order: &mut Order) -> TexturedMesh {
 pub(super) fn bottle(order: &mut Order) -> TexturedMesh {
     let DVec3 { x, z, .. } = order.size_m;
     let radius_m = 0.5 * x;
-    let body: Vec<DVec2> = points(&[
+    let shares = [
         (0.0, 0.0),
         (0.9, 0.0),
         (1.0, 0.03),
@@ -80,17 +95,12 @@ pub(super) fn bottle(order: &mut Order) -> TexturedMesh {
         (0.38, 0.82),
         (0.36, 0.93),
         (0.0, 0.93),
-    ])
-    .iter()
-    .map(|p| DVec2::new(radius_m * p.x, z * p.y))
-    .collect();
+    ];
     let main = finish(order);
     let cap = Material::plain("cap", order.color.mix(Rgb([0.1; 3]), 0.7), 0.4);
-    let mut assembly = Assembly::new();
-    assembly.put(lathe(&body, SEGMENTS), [0.0; 3], &main);
+    let body = lathe(&profile(&shares, radius_m, z), SEGMENTS);
     let cap_solid = cylinder(0.43 * radius_m, 0.12 * z, 0.01 * z, SEGMENTS);
-    assembly.put(cap_solid, [0.0, 0.0, 0.88 * z], &cap);
-    assembly.fitted(order.size_m)
+    fitted(&[(body, &main), (raised(cap_solid, 0.88 * z), &cap)], order.size_m)
 }
 
 pub(super) fn bowl(order: &mut Order) -> TexturedMesh {
@@ -110,7 +120,7 @@ pub(super) fn bowl(order: &mut Order) -> TexturedMesh {
 pub(super) fn produce(order: &mut Order) -> TexturedMesh {
     let size_m = order.size_m;
     let round = ellipsoid(size_m, 28);
-    in_one_piece(order, resting(round, 0.03 * size_m.z))
+    in_one_piece(order, rested(round, 0.03 * size_m.z))
 }
 
 pub(super) fn plate(order: &mut Order) -> TexturedMesh {
@@ -127,10 +137,12 @@ pub(super) fn rod(order: &mut Order) -> TexturedMesh {
         .iter()
         .chain(&[(0.0, 1.0)])
         .chain(&[(0.36, 1.0), (0.42, 0.95), (0.47, 0.78), (0.5, 0.5)])
-        .map(|&(along, thick): &(f64, f64)| (along * length_m, 0.0, 0.5 * z, thick * width_m, thick * z))
+        .map(|&(along, thick): &(f64, f64)| (along * length_m, 0.5 * z, 0.0, thick * z, thick * width_m))
         .collect();
-    let lying = bar(&sections, 3.0, 24);
-    let lying = if x > y { yawed(lying, 90.0) } else { lying };
+    // The column's axis becomes y, its width the height.
+    let along_y = DQuat::from_mat3(&DMat3::from_cols(DVec3::Z, DVec3::X, DVec3::Y));
+    let turn = if x > y { DQuat::from_rotation_z(FRAC_PI_2) } else { DQuat::IDENTITY };
+    let lying = column(&sections, 3.0, 24).rotated(turn * along_y);
     in_one_piece(order, lying)
 }
 
@@ -153,11 +165,15 @@ pub(super) fn figure(order: &mut Order) -> TexturedMesh {
     let DVec3 { x, y, z } = order.size_m;
     let main = finish(order);
     let base = Material::plain("base", order.color.mix(Rgb([0.12; 3]), 0.65), 0.6);
-    let mut assembly = Assembly::new();
     let foot_m = 0.06 * z;
-    assembly.put(slab(&ellipse(x, y, 40), foot_m, 0.2 * foot_m), [0.0; 3], &base);
-    if z > 1.25 * x.max(y) {
-        let body: Vec<DVec2> = points(&[
+    let foot = slab(&ellipse(x, y, 40), foot_m, 0.2 * foot_m);
+    let ball = |size: [f64; 3], at: [f64; 3], segments| {
+        let extents = DVec3::new(x, y, z);
+        let at_m = DVec3::from_array(at) * extents;
+        ellipsoid(DVec3::from_array(size) * extents, segments).translated(at_m)
+    };
+    let parts = if z > 1.25 * x.max(y) {
+        let shares = [
             (0.0, 0.0),
             (0.38, 0.0),
             (0.34, 0.2),
@@ -166,40 +182,27 @@ pub(super) fn figure(order: &mut Order) -> TexturedMesh {
             (0.3, 0.6),
             (0.13, 0.66),
             (0.0, 0.68),
-        ])
-        .iter()
-        .map(|p| DVec2::new(p.x * x, p.y * z))
-        .collect();
-        assembly.put(lathe(&body, 28), [0.0, 0.0, 0.5 * foot_m], &main);
-        assembly.put(ellipsoid(DVec3::new(0.5 * x, 0.5 * x, 0.36 * z), 24), [0.0, 0.0, 0.64 * z], &main);
+        ];
+        let body = raised(lathe(&profile(&shares, x, z), 28), 0.5 * foot_m);
+        let head = ball([0.5, 0.5 * x / y, 0.36], [0.0, 0.0, 0.64], 24);
+        vec![body, head]
     } else {
-        let body = ellipsoid(DVec3::new(0.72 * x, 0.8 * y, 0.62 * z), 24);
-        assembly.put(body, [0.0, 0.06 * y, 0.3 * foot_m], &main);
-        let head = ellipsoid(DVec3::new(0.52 * x, 0.36 * y, 0.52 * z), 24);
-        assembly.put(head, [0.0, -0.28 * y, 0.48 * z], &main);
-        let tail = ellipsoid(DVec3::new(0.16 * x, 0.12 * y, 0.3 * z), 16);
-        assembly.put(tail, [0.0, 0.42 * y, 0.3 * z], &main);
-    }
-    assembly.fitted(order.size_m)
+        let body = ball([0.72, 0.8, 0.62], [0.0, 0.06, 0.018], 24);
+        let head = ball([0.52, 0.36, 0.52], [0.0, -0.28, 0.48], 24);
+        let tail = ball([0.16, 0.12, 0.3], [0.0, 0.42, 0.3], 16);
+        vec![body, head, tail]
+    };
+    let figure = parts.into_iter().map(|solid| (solid, &main));
+    let parts: Vec<(Solid, &Material)> = [(foot, &base)].into_iter().chain(figure).collect();
+    fitted(&parts, order.size_m)
 }
 
 pub(super) fn plant(order: &mut Order) -> TexturedMesh {
     let DVec3 { x, z, .. } = order.size_m;
     let clay = Material::plain("pot", Rgb::hex(0xb8_66_42), 0.8);
     let leaves = Material::textured("leaves", granite(order.color, &mut order.rng), 0.8);
-    let scaled = |pairs: &[(f64, f64)]| -> Vec<DVec2> {
-        points(pairs).iter().map(|p| DVec2::new(p.x * x, p.y * z)).collect()
-    };
-    let pot = scaled(&[
-        (0.0, 0.0),
-        (0.25, 0.0),
-        (0.32, 0.25),
-        (0.36, 0.26),
-        (0.36, 0.33),
-        (0.3, 0.33),
-        (0.0, 0.31),
-    ]);
-    let foliage = scaled(&[
+    let pot = [(0.0, 0.0), (0.25, 0.0), (0.32, 0.25), (0.36, 0.26), (0.36, 0.33), (0.3, 0.33), (0.0, 0.31)];
+    let foliage = [
         (0.0, 0.3),
         (0.1, 0.31),
         (0.3, 0.42),
@@ -209,11 +212,9 @@ pub(super) fn plant(order: &mut Order) -> TexturedMesh {
         (0.3, 0.93),
         (0.12, 0.99),
         (0.0, 1.0),
-    ]);
-    let mut assembly = Assembly::new();
-    assembly.put(lathe(&pot, SEGMENTS), [0.0; 3], &clay);
-    assembly.put(lathe(&foliage, SEGMENTS), [0.0; 3], &leaves);
-    assembly.fitted(order.size_m)
+    ];
+    let [pot, foliage] = [&pot[..], &foliage].map(|shares| lathe(&profile(shares, x, z), SEGMENTS));
+    fitted(&[(pot, &clay), (foliage, &leaves)], order.size_m)
 }
 
 pub(super) fn ring(order: &mut Order) -> TexturedMesh {
@@ -221,12 +222,12 @@ pub(super) fn ring(order: &mut Order) -> TexturedMesh {
     let radius_m = 0.5 * x;
     let band_m = z.max(0.12 * x.min(y)).min(0.6 * radius_m);
     let corners = 12;
-    let profile: Vec<(f64, f64)> = (0..corners)
+    let section: Vec<DVec2> = (0..corners)
         .map(|k| {
             // Half a step off, so that two corners touch the table.
             let (sin, cos) = (TAU * (f64::from(k) + 0.5) / f64::from(corners)).sin_cos();
-            (radius_m - 0.5 * band_m + 0.5 * band_m * cos, 0.5 * z * (1.0 + sin))
+            DVec2::new(radius_m - 0.5 * band_m + 0.5 * band_m * cos, 0.5 * z * (1.0 + sin))
         })
         .collect();
-    in_one_piece(order, turned_ring(&profile, RING_SEGMENTS))
+    in_one_piece(order, turned_ring(&section, RING_SEGMENTS))
 }

@@ -11,7 +11,7 @@ use runtime::seed::Rng;
 /// `background` with `accent` bands and emblem; three layouts.
 pub fn label(background: Rgb, accent: Rgb, word: &str, rng: &mut Rng) -> Texture {
     let mut image = Image::filled(256, 256, background.to_rgba8());
-    front(&mut image, 0, background, accent, word, rng);
+    front(&mut image, (0, 236), (background, accent), word, rng);
     Texture::new(image)
 }
 
@@ -19,7 +19,7 @@ pub fn label(background: Rgb, accent: Rgb, word: &str, rng: &mut Rng) -> Texture
 /// small print and a bar code at the back.
 pub fn wrap_label(background: Rgb, accent: Rgb, word: &str, rng: &mut Rng) -> Texture {
     let mut image = Image::filled(512, 256, background.to_rgba8());
-    front(&mut image, 128, background, accent, word, rng);
+    front(&mut image, (128, WRAPPED_WORD_PX), (background, accent), word, rng);
     let ink = ink_on(background);
     for line in 0..11 {
         let width = rng.random_range(50..92);
@@ -35,13 +35,23 @@ pub fn wrap_label(background: Rgb, accent: Rgb, word: &str, rng: &mut Rng) -> Te
     Texture::new(image)
 }
 
-fn front(image: &mut Image, left: i32, background: Rgb, accent: Rgb, word: &str, rng: &mut Rng) {
+/// Width of the word on a label that runs around: a quarter turn, so that one sees all of it.
+const WRAPPED_WORD_PX: i32 = 136;
+
+/// The front of a label, its left edge and the width of its word in pixels, in two colors.
+fn front(
+    image: &mut Image,
+    (left, word_px): (i32, i32),
+    (background, accent): (Rgb, Rgb),
+    word: &str,
+    rng: &mut Rng,
+) {
     let made_up = ["NOVA", "LUNA", "ALTA", "MIRA", "ORBI", "TERRA", "VITA", "SOLO"];
     let chosen = made_up[rng.random_range(0..made_up.len())];
     let word = if word.is_empty() { chosen } else { word };
     let width = image.width_px() as i32;
     let (ink, on_accent) = (ink_on(background), ink_on(accent));
-    let scale = (236 / (text_width_px(word, 1) + 6)).clamp(2, 9);
+    let scale = (word_px / text_width_px(word, 1)).clamp(2, 9);
     let text_x = left + (256 - text_width_px(word, scale)) / 2;
     match rng.random_range(0..3) {
         0 => {

@@ -1,5 +1,5 @@
-//! Texture coordinates for solids with one image: projected from above or from the front, or wrapped around a body of
-//! revolution.
+//! Texture coordinates for solids with one image: projected from above, from the front or from the side, or wrapped
+//! around a body of revolution.
 
 use geometry::{Solid, Vec2};
 
@@ -11,6 +11,11 @@ pub fn mapped_from_above(solid: Solid) -> Solid {
 /// One image over the solid's box seen from the front (-y): u along +x, v along +z.
 pub fn mapped_from_front(solid: Solid) -> Solid {
     mapped(solid, |p| (p[0], p[2]))
+}
+
+/// One image over the solid's box seen from the right (+x): u along +y, v along +z.
+pub fn mapped_from_side(solid: Solid) -> Solid {
+    mapped(solid, |p| (p[1], p[2]))
 }
 
 /// For solids of revolution about +z (their own u already runs once around from +x): v becomes the height

@@ -3,7 +3,7 @@
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use serde::Deserialize;
 
-use crate::assembly::{Section, column};
+use crate::kit::skins::{Section, column};
 use geometry::Solid;
 use geometry::shapes::{block, loft, rounded_rectangle};
 

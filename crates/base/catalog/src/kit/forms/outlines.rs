@@ -1,8 +1,11 @@
 //! Forms that follow an outline: extrusions and inflated silhouettes.
 
+use std::f64::consts::{FRAC_PI_2, TAU};
+
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use serde::Deserialize;
 
+use crate::kit::skins::pierced;
 use geometry::shapes::{Inflation, prism, slab, smooth};
 use geometry::{Posture, Solid};
 
@@ -34,6 +37,27 @@ pub(crate) struct Extrusion {
     smooth: usize,
     #[serde(default)]
     facing: Facing,
+    hole: Option<Hole>,
+}
+
+/// A hole through the thickness. The outline is star shaped as seen from its center.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Hole {
+    #[serde(default)]
+    at: DVec2,
+    radius: f64,
+    /// Number of sides of a polygon; round where it is absent.
+    sides: Option<u32>,
+}
+
+impl Hole {
+    /// Distance of its edge from its center in this direction.
+    fn reach(self, angle: f64) -> f64 {
+        let Some(sides) = self.sides else { return self.radius };
+        let sector = TAU / f64::from(sides);
+        self.radius * (0.5 * sector).cos() / (angle.rem_euclid(sector) - 0.5 * sector).cos()
+    }
 }
 
 /// Segments of a rounded corner.
@@ -43,7 +67,9 @@ impl Extrusion {
     pub fn solid(&self) -> Solid {
         let outline = oriented(&self.outline, self.smooth);
         let outline = if self.corner > 0.0 { rounded_corners(&outline, self.corner) } else { outline };
-        let raised = if self.edge > 0.0 {
+        let raised = if let Some(hole) = self.hole {
+            pierced(&outline, hole.at, |angle| hole.reach(angle), self.thickness, self.edge)
+        } else if self.edge > 0.0 {
             slab(&outline, self.thickness, self.edge).with_flat_ends()
         } else {
             prism(&outline, self.thickness)
@@ -51,9 +77,9 @@ impl Extrusion {
         let half = 0.5 * self.thickness;
         match self.facing {
             Facing::Up => raised,
-            Facing::Front => raised
-                .rotated(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2))
-                .translated(DVec3::new(0.0, half, 0.0)),
+            Facing::Front => {
+                raised.rotated(DQuat::from_rotation_x(FRAC_PI_2)).translated(DVec3::new(0.0, half, 0.0))
+            }
             Facing::Side => raised
                 .rotated(DQuat::from_mat3(&DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X)))
                 .translated(DVec3::new(-half, 0.0, 0.0)),

@@ -1,10 +1,11 @@
 //! Bodies of revolution, rings and tubes.
 
+use std::f64::consts::TAU;
+
 use glam::{DVec2, DVec3};
 use serde::Deserialize;
 
-use super::smooth_path;
-use crate::assembly::turned_ring;
+use crate::kit::skins::{smooth_path, turned_ring, vessel};
 use geometry::Solid;
 use geometry::shapes::{circle, cylinder, ellipsoid, lathe, ring, sweep, sweep_closed};
 
@@ -81,8 +82,30 @@ pub(crate) struct Revolution {
     lobes: u32,
     #[serde(default)]
     lobe_depth: f64,
+    lip: Option<Lip>,
     #[serde(default = "usual_segments")]
     segments: usize,
+}
+
+/// A pouring lip toward -x: how far the rim reaches out and rises there, meters.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Lip {
+    reach: f64,
+    rise: f64,
+}
+
+impl Lip {
+    /// Angle from -x within which it is, rad, and the share of the height above which it begins.
+    const WIDTH_RAD: f64 = 0.42;
+    const BEGIN: f64 = 0.7;
+
+    fn moved(self, p: DVec3, height: f64) -> DVec3 {
+        let up = ((p.z / height - Self::BEGIN) / (1.0 - Self::BEGIN)).max(0.0);
+        let angle = p.y.atan2(-p.x) / Self::WIDTH_RAD;
+        let pull = (-angle * angle).exp() * up * up;
+        p + pull * DVec3::new(-self.reach, 0.0, self.rise)
+    }
 }
 
 impl Revolution {
@@ -91,10 +114,18 @@ impl Revolution {
         let line: Vec<DVec2> =
             smooth_path(&knots, self.smooth).iter().map(|p| DVec2::new(p.x.max(0.0), p.y)).collect();
         let solid = match self.wall {
-            Some(wall) => crate::dining::vessel(&line, wall, self.floor.unwrap_or(wall), self.segments),
+            Some(wall) => vessel(&line, wall, self.floor.unwrap_or(wall), self.segments),
             None => lathe(&line, self.segments),
         };
         let solid = if self.oval == 1.0 { solid } else { solid.scaled(DVec3::new(1.0, self.oval, 1.0)) };
+        let solid = match self.lip {
+            Some(lip) => {
+                let height = solid.positions.iter().map(|p| p.z).fold(0.0, f64::max);
+                let positions: Vec<DVec3> = solid.positions.iter().map(|p| lip.moved(*p, height)).collect();
+                Solid::from_corners(&positions, &solid.uvs, &solid.triangles)
+            }
+            None => solid,
+        };
         if self.lobes == 0 {
             return solid;
         }
@@ -122,8 +153,7 @@ pub(crate) struct Hoop {
 
 impl Hoop {
     pub fn solid(&self) -> Solid {
-        let section: Vec<(f64, f64)> = self.section.iter().map(|p| (p.x, p.y)).collect();
-        turned_ring(&section, self.segments)
+        turned_ring(&self.section, self.segments)
     }
 }
 
@@ -143,13 +173,18 @@ impl Torus {
     }
 }
 
-/// A round bar along a path, whose points are in the shape's frame. `end_radius` where it tapers; `flat` is the ratio
-/// of the bar's two axes.
+/// A round bar along a path or a helix. `end_radius` where it tapers, or `radii` at the points of the path; `flat` is
+/// the ratio of the bar's two axes.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Tube {
-    pub path: Vec<DVec3>,
+    #[serde(default)]
+    path: Vec<DVec3>,
+    helix: Option<Helix>,
+    #[serde(default)]
     radius: f64,
+    #[serde(default)]
+    radii: Vec<f64>,
     end_radius: Option<f64>,
     #[serde(default)]
     smooth: usize,
@@ -165,21 +200,69 @@ const fn bar_segments() -> usize {
     10
 }
 
+/// A path around the z axis from z = 0 upward.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Helix {
+    radius: f64,
+    /// Height of one turn, meters.
+    pitch: f64,
+    turns: f64,
+}
+
+impl Helix {
+    const STEPS_PER_TURN: f64 = 14.0;
+
+    fn path(self) -> Vec<DVec3> {
+        let steps = (Self::STEPS_PER_TURN * self.turns).ceil().max(2.0) as usize;
+        let point = |k: usize| {
+            let turns = self.turns * k as f64 / steps as f64;
+            (self.radius * DVec2::from_angle(TAU * turns)).extend(self.pitch * turns)
+        };
+        (0..=steps).map(point).collect()
+    }
+}
+
 impl Tube {
+    /// The path's points, and the radii where they are listed one by one.
+    fn points(&self) -> Vec<DVec3> {
+        self.helix.map_or_else(|| self.path.clone(), Helix::path)
+    }
+
+    /// Number of points that it is given by; 0 if the radii are fewer or more than these, or there is no radius.
+    pub fn point_count(&self) -> usize {
+        let points = self.helix.map_or(self.path.len(), |_| 2);
+        let radii =
+            if self.radii.is_empty() { self.radius > 0.0 } else { self.radii.len() == self.path.len() };
+        if radii { points } else { 0 }
+    }
+
     pub fn solid(&self) -> Solid {
+        let thickest = self.radii.iter().copied().fold(self.radius, f64::max);
         let section: Vec<DVec2> =
-            circle(self.radius, self.segments).iter().map(|p| DVec2::new(p.x, p.y * self.flat)).collect();
+            circle(thickest, self.segments).iter().map(|p| DVec2::new(p.x, p.y * self.flat)).collect();
         let up = |path: &[DVec3]| {
             let direction = (path[1] - path[0]).normalize_or_zero();
             if direction.z.abs() < 0.8 { DVec3::Z } else { DVec3::X }
         };
+        let points = self.points();
         if self.closed {
-            let around = closed_path(&self.path, self.smooth.max(1));
+            let around = closed_path(&points, self.smooth.max(1));
             return sweep_closed(&around, &section, up(&around));
         }
-        let path = smooth_path(&self.path, self.smooth);
-        let end = self.end_radius.unwrap_or(self.radius) / self.radius;
-        sweep(&path, &section, up(&path), |share| 1.0 + share * (end - 1.0))
+        let path = smooth_path(&points, self.smooth);
+        if self.radii.is_empty() {
+            let end = self.end_radius.unwrap_or(self.radius) / self.radius;
+            return sweep(&path, &section, up(&path), |share| 1.0 + share * (end - 1.0));
+        }
+        let knots: Vec<DVec3> =
+            self.radii.iter().map(|radius| DVec3::new(radius / thickest, 0.0, 0.0)).collect();
+        let scales = smooth_path(&knots, self.smooth);
+        let last = scales.len() - 1;
+        sweep(&path, &section, up(&path), |share| {
+            let scale = scales[(share * last as f64).round() as usize];
+            scale.x.clamp(0.0, 1.0)
+        })
     }
 }
 

@@ -114,7 +114,7 @@ impl LabelCounts {
 
 fn group(object: &ObjectScore) -> &'static str {
     match catalog::category(&object.name) {
-        Some(category) if category.is_image_candidate() => "image candidates",
+        Some(category) if category.is_image_candidate => "image candidates",
         Some(_) => "other categories",
         None => "composites",
     }

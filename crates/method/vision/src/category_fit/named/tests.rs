@@ -103,7 +103,7 @@ fn renderings_of_other_categories_get_their_names() {
         NamedKind { category, size: category.size }
     };
     let kinds = ["mango", "pineapple", "toy_giraffe", "watering_can", "stand_in_bottle"].map(kind);
-    assert!(kinds[..4].iter().all(|kind| !kind.category.is_image_candidate()));
+    assert!(kinds[..4].iter().all(|kind| !kind.category.is_image_candidate));
     for (index, own) in kinds.iter().enumerate().take(4) {
         let size_m = 1.1 * own.size.typical_m();
         let recipe =
