@@ -151,7 +151,7 @@ const SENTENCES: &[(&str, &str, &[&str])] = &[
     ("a bottle of wine, a box of crayons, a ball of yarn", "1 wine_bottle, 1 crayon_box, 1 yarn_ball", &[]),
     (
         "a croissant on a plate, a boiled egg, and a cup of coffee",
-        "1 croissant, 1 plate, 1 egg, 1 mug",
+        "1 croissant, 1 plate, 1 egg, 1 cup_of_coffee",
         &["croissant_1 on plate_1"],
     ),
 ];
