@@ -21,7 +21,7 @@ pub mod repair_turn;
 pub mod response_check;
 pub mod response_values;
 pub mod describe;
-mod offered_categories;
+mod object_kinds;
 pub mod recognize;
 pub mod measure;
 pub mod stacking;
@@ -124,8 +124,8 @@ impl ChatAnalyst {
 /// The schemas of all questions, which are part of the adapter's identity.
 fn schemas() -> Value {
     json!([
-        describe::schema("a mug and a plate"),
-        recognize::schema(""),
+        describe::schema(),
+        recognize::schema(),
         measure::schema(),
         stacking::schema(),
         check_top::schema(),

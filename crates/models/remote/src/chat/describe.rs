@@ -6,13 +6,13 @@ use glam::DVec3;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::offered_categories::offered_categories;
+use super::object_kinds::{ObjectKind, object_kind};
 use super::prompts::prompts;
 use super::repair_turn::Topic;
 use super::response_values::{Complaints, Extents, cyclic};
 use super::{ChatAnalyst, rejected, schema};
 use catalog::tables::TABLE_MATERIALS;
-use catalog::{category, substance, table_models};
+use catalog::{substance, table_models};
 use ports::{Call, ProviderError};
 use runtime::seed::child_seed;
 use scene::request::{MAX_SEED, RequestOptions};
@@ -105,8 +105,8 @@ pub(super) fn materials() -> impl Iterator<Item = &'static str> {
     substance::substances().keys().map(String::as_str)
 }
 
-/// Schema of the description of this text.
-pub(super) fn schema(text: &str) -> Value {
+/// Schema of the description of a text.
+pub(super) fn schema() -> Value {
     let relation = schema::object(&[
         ("kind", schema::word(RELATIONS)),
         ("target", schema::text_or_null("name of the other object, null for a part of the table")),
@@ -114,7 +114,7 @@ pub(super) fn schema(text: &str) -> Value {
     let mut object = vec![
         ("name", schema::text("such as mug_1")),
         ("label", schema::text("what a person would say")),
-        ("category", schema::word(offered_categories(text))),
+        ("category", schema::text("the common noun for it, singular, such as mug or desk lamp")),
     ];
     object.extend(extents([OBJECT_M; 3]));
     object.extend([
@@ -169,7 +169,7 @@ pub(super) async fn describe(
     let max_objects = options.max_objects.unwrap_or(DEFAULT_MAX_OBJECTS) as usize;
     let topic = Topic {
         prompt: &prompts().describe,
-        schema: schema(&text),
+        schema: schema(),
         seed,
         data: json!({ "wish": &text, "most_objects": max_objects, "table": wanted }),
         images: Vec::new(),
@@ -286,16 +286,21 @@ fn table_of(answer: &AnswerTable, wanted: &TableSpec, complaints: &mut Complaint
 
 fn objects_of(answers: &[AnswerObject], seed: u64, complaints: &mut Complaints) -> Vec<ObjectSpec> {
     let places = complaints.names(answers.iter().map(|object| object.name.as_str()));
-    let ids = numbered(answers.iter().map(|object| object.category.as_str()));
+    let kinds: Vec<Option<ObjectKind>> = answers.iter().map(|answer| object_kind(&answer.category)).collect();
+    let ids = numbered(kinds.iter().map(|kind| kind.as_ref().map_or("object", ObjectKind::stem)));
     let mut carried: Vec<Option<usize>> = vec![None; answers.len()];
     let mut objects = Vec::with_capacity(answers.len());
-    for (index, answer) in answers.iter().enumerate() {
+    for (index, (answer, kind)) in answers.iter().zip(kinds).enumerate() {
         let at = format!("objects[{index}]");
         complaints.label(&format!("{at}.label"), &answer.label);
         check_extents(&at, answer.extents, [OBJECT_M; 3], complaints);
-        if category(&answer.category).is_none() {
-            complaints.add(format!("{at}.category must be one of the given words"));
-        }
+        let Some(kind) = kind else {
+            complaints.add(format!(
+                "{at}.category is no known object for a table: say a commoner noun or leave it out"
+            ));
+            continue;
+        };
+        let (stand_in, substance) = kind.stand_in.unzip();
         check_material(&at, answer.material.as_deref(), complaints);
         let mut relations: Vec<Relation> = Vec::new();
         for AnswerRelation { kind, target } in &answer.relations {
@@ -339,13 +344,13 @@ fn objects_of(answers: &[AnswerObject], seed: u64, complaints: &mut Complaints) 
         objects.push(ObjectSpec {
             id: ids[index].clone(),
             label: answer.label.trim().to_owned(),
-            category: answer.category.clone(),
+            category: kind.category.name.clone(),
             size_m: answer.extents.size_m(),
             color: complaints.color(&format!("{at}.color"), answer.color.as_deref()),
-            material: answer.material.clone(),
+            material: answer.material.clone().or_else(|| substance.map(str::to_owned)),
             seed: child_seed(seed, ids[index].as_str()) & MAX_SEED,
             requested: answer.requested,
-            stand_in: None,
+            stand_in,
             pose: RequestedPose::Upright,
             yaw_rad: None,
             position_m: None,

@@ -78,8 +78,8 @@ mod tests {
         assert_eq!(
             pinned,
             [
-                "describe 1 f3022b8943b684bf",
-                "recognize 1 b5790c46fd3977cb",
+                "describe 2 6775477f8b39dc68",
+                "recognize 2 526f164db383c912",
                 "measure 1 e06c1e05b8ff46f6",
                 "stacking 1 e92e17addf4ca261",
                 "check_top 1 67cd8c64634e5266",
@@ -90,7 +90,7 @@ mod tests {
             ]
         );
         let named = &prompts().recognize_named;
-        assert_eq!(format!("{} {}", named.version, named.digest()), "1 4ec7c4d9cb78e052");
+        assert_eq!(format!("{} {}", named.version, named.digest()), "2 5f76e923f1b3ec8b");
     }
 
     #[test]

@@ -8,7 +8,6 @@ use serde_json::{Value, json};
 
 use super::camera_estimate::{CameraEstimate, fit_camera};
 use super::describe::{numbered_beside, shape_of};
-use super::offered_categories::offered_categories;
 use super::prompts::prompts;
 use super::repair_turn::Topic;
 use super::response_values::{Complaints, ImageBox};
@@ -16,7 +15,7 @@ use super::schema::PER_MILLE;
 use super::{ChatAnalyst, measure, rejected, schema, stacking};
 use crate::image;
 use crate::prompt::Prompt;
-use catalog::{category, table_models};
+use catalog::{category_called, table_models};
 use ports::BAD_ANSWER;
 use ports::{Call, NamedObject, Port, ProviderError, RecognitionHints, ReferenceImage};
 use runtime::seed::child_seed;
@@ -88,13 +87,17 @@ pub(super) struct DetectedObject {
     pub place: ImageBox,
 }
 
-/// Schema of the recognition of an image that has objects of these names beside others.
-pub(super) fn schema(named: &str) -> Value {
-    let kinds = offered_categories(named).into_iter().chain([UNNAMED_CATEGORY]);
+/// Schema of the recognition of an image.
+pub(super) fn schema() -> Value {
     let object = schema::object(&[
         ("name", schema::text("such as mug_1")),
         ("label", schema::text("what it is, in a few words")),
-        ("category", schema::word(kinds)),
+        (
+            "category",
+            schema::text(
+                "the common noun for it, singular, such as mug or desk lamp; object where none is known",
+            ),
+        ),
         ("box", schema::image_box(0.0, PER_MILLE)),
     ]);
     let table = schema::object(&[
@@ -130,8 +133,7 @@ pub(super) async fn recognize(
 
     let (prompt, data) = question(hints.as_deref());
     let of_text = hints.as_deref().map_or(&[][..], RecognitionHints::named);
-    let named = of_text.iter().map(|object| object.category.as_str()).collect::<Vec<_>>().join(", ");
-    let topic = Topic { prompt, schema: schema(&named), seed, data, images: vec![png.clone()] };
+    let topic = Topic { prompt, schema: schema(), seed, data, images: vec![png.clone()] };
     let detections = analyst.ask(call, topic, |answer| accepted(answer, of_text)).await?;
     let limit = options.max_objects.map_or(MAX_OBJECTS, |limit| limit as usize);
     if detections.objects.len() > limit {
@@ -216,8 +218,8 @@ fn question(hints: Option<&RecognitionHints>) -> (&'static Prompt, Value) {
     let asked = "What stands on the table?";
     let Some(hints) = hints else { return (&prompts().recognize, json!({ "question": asked })) };
     let object = |named: &NamedObject| {
-        // Models know the categories of the schema, not those of stand-ins.
-        let category = if named.stand_in.is_some() { UNNAMED_CATEGORY } else { &named.category };
+        // Names of the hidden categories of stand-ins are no nouns.
+        let category = named.stand_in.as_ref().map_or(&named.category, |mark| &mark.stands_for);
         let mut object = json!({ "name": named.id, "label": named.label, "category": category });
         if let Some(color) = named.color {
             let [r, g, b, _] = color.to_rgba8();
@@ -260,13 +262,16 @@ pub(super) fn accepted(answer: Answer, of_text: &[NamedObject]) -> Result<Detect
         let at = format!("objects[{index}]");
         complaints.label(&format!("{at}.label"), &object.label);
         object.place.check(&format!("{at}.box"), 0.0, PER_MILLE, &mut complaints);
-        if object.category != UNNAMED_CATEGORY && category(&object.category).is_none() {
-            complaints.add(format!("{at}.category must be one of the given words"));
-        }
+        complaints.label(&format!("{at}.category"), &object.category);
     }
     let named = |object: &AnswerObject| of_text.iter().find(|named| named.id.as_str() == object.name);
+    let categories: Vec<&str> = answer
+        .objects
+        .iter()
+        .map(|object| category_called(&object.category).map_or(UNNAMED_CATEGORY, |found| &found.name))
+        .collect();
     // An object without a category is named by its label.
-    let kinds = answer.objects.iter().map(|object| match object.category.as_str() {
+    let kinds = answer.objects.iter().zip(&categories).map(|(object, category)| match *category {
         UNNAMED_CATEGORY => object.label.as_str(),
         category => category,
     });
@@ -278,12 +283,13 @@ pub(super) fn accepted(answer: Answer, of_text: &[NamedObject]) -> Result<Detect
         .zip(numbered_beside(&taken, kinds))
         .map(|(object, other)| named(object).map_or(other, |named| named.id.clone()))
         .collect();
-    let objects = answer.objects.into_iter().zip(ids).map(|(object, id)| DetectedObject {
-        id,
-        label: object.label.trim().to_owned(),
-        category: object.category,
-        place: object.place,
-    });
+    let objects =
+        answer.objects.into_iter().zip(categories).zip(ids).map(|((object, category), id)| DetectedObject {
+            id,
+            label: object.label.trim().to_owned(),
+            category: category.to_owned(),
+            place: object.place,
+        });
     let ImageBox { x0, y0, x1, y1 } = answer.table.place;
     complaints.none_or(Detections {
         camera: CameraEstimate {

@@ -57,7 +57,7 @@ fn accepted_names_each_violation() {
         ("/table/width_m", json!(0.01), "table.width_m is 0.01"),
         ("/objects/0/height_m", json!(-1.0), "objects[0].height_m"),
         ("/objects/0/height_m", json!(1e300), "objects[0].height_m"),
-        ("/objects/0/category", json!("unicorn"), "objects[0].category"),
+        ("/objects/0/category", json!("happiness"), "objects[0].category"),
         ("/objects/0/material", json!("unobtainium"), "objects[0].material"),
         ("/objects/0/color", json!("white"), "objects[0].color"),
         ("/objects/0/label", json!("a\u{0}b"), "objects[0].label"),
