@@ -3,10 +3,10 @@
 //! Objects form a support tree. Objects on or in a supporter are laid out first, in the supporter's frame; the group
 //! then moves as one. On each surface (table, tray, plate) groups are placed one after the other. Candidate
 //! placements are sampled from three sources: relations of the text, co-occurrence priors (the mouse right of the
-//! keyboard, the fork left of the plate, one place setting for each plate), and the zone of the category. Candidates
-//! that overlap, extend beyond the outline or violate a relation are rejected; the candidate with the lowest cost is
-//! selected. An infeasible group ends the attempt, and the next attempt uses another random stream. Late attempts use
-//! smaller gaps and larger tolerances.
+//! keyboard, the fork left of the plate, one place setting for each plate, objects of one use beside each other), and
+//! the zone of the category. Candidates that overlap, extend beyond the outline or violate a relation are rejected;
+//! the candidate with the lowest cost is selected. An infeasible group ends the attempt, and the next attempt uses
+//! another random stream. Late attempts use smaller gaps and larger tolerances.
 //!
 //! Exact demands (distances, positions, yaws, between, facing) move each candidate until it meets them
 //! ([`exact_placement`]); arrangements are groups with fixed inner placements ([`arranged_group`]). If no attempt meets
@@ -23,6 +23,7 @@ mod height_map;
 mod support_tree;
 mod spatial_constraints;
 mod co_occurrence_priors;
+mod shared_use;
 mod place_settings;
 mod support_surface;
 mod group;

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::DVec2;
 use rand::RngExt;
 
+use super::shared_use::share_a_use;
 use super::spatial_constraints::{BEHIND, FRONT, LEFT, RIGHT, RelativePosition, SpatialConstraint};
 use super::{LayoutObject, ObjectGeometry};
 use catalog::Facing;
@@ -66,27 +67,8 @@ const PRIORS: &[Prior] = &[
     prior("pitcher", BEHIND, &["drinking_glass"]),
 ];
 
-/// Category groups whose members are placed next to each other.
-const GROUPED_CATEGORIES: &[&str] = &[
-    "fruit",
-    "vegetable",
-    "food",
-    "bakery",
-    "hand_tool",
-    "hardware",
-    "writing_tool",
-    "pen",
-    "paint",
-    "brush",
-    "sewing",
-    "game",
-    "toy",
-    "adhesive",
-    "spool",
-    "bottle",
-    "measuring_tool",
-    "reading",
-];
+/// Largest number of objects without relations that stand beside each other for their use.
+const MAX_GATHERED: usize = 4;
 
 /// Adds soft constraints from the priors for objects without a relation of the text.
 pub(super) fn add_soft_constraints(
@@ -98,6 +80,8 @@ pub(super) fn add_soft_constraints(
     let of = |name: &str, near: usize| -> Vec<usize> {
         (0..objects.len()).filter(|&k| objects[k].category.name == name && same_surface(k, near)).collect()
     };
+    // For each object, how many of those of its use stand beside each other up to it.
+    let mut gathered = vec![1; objects.len()];
     for from in 0..objects.len() {
         if supports.supporter(from).is_container() {
             continue;
@@ -146,16 +130,23 @@ pub(super) fn add_soft_constraints(
             }
         }
         let constrained = constraints.iter().any(|l| l.from == from);
-        if !constrained && !placed && rank > 0 && GROUPED_CATEGORIES.contains(&category.group.as_str()) {
-            let to = of(&category.name, from)[rank - 1];
-            constraints.push(SpatialConstraint {
-                from,
-                to,
-                position: RelativePosition::Beside,
-                in_target_frame: false,
-                hard: false,
-                distance_m: None,
-            });
+        if !constrained && !placed {
+            // Beside the last one before it that is used together with it; a table is no row of goods.
+            let is_mate =
+                |to: &usize| same_surface(from, *to) && share_a_use(category, objects[*to].category);
+            if let Some(to) = (0..from).rev().find(is_mate)
+                && gathered[to] < MAX_GATHERED
+            {
+                gathered[from] = gathered[to] + 1;
+                constraints.push(SpatialConstraint {
+                    from,
+                    to,
+                    position: RelativePosition::Beside,
+                    in_target_frame: false,
+                    hard: false,
+                    distance_m: None,
+                });
+            }
         }
     }
     add_spoons_beyond_knives(objects, constraints);
