@@ -21,7 +21,7 @@ const NAME: &str = "embedded/segmenter";
 
 impl Segmenter for EmbeddedSegmenter {
     fn adapter(&self) -> Adapter {
-        with_catalog(Adapter::new(NAME, "2", &self.photograph.identity()))
+        with_catalog(Adapter::new(NAME, "3", &self.photograph.identity()))
     }
 
     fn segment<'a>(
