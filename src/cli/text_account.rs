@@ -32,7 +32,7 @@ pub fn table(account: &TextAccount, detail: Detail) -> String {
             Some(category) if !category.starts_with(SHAPES) => {
                 format!("{id} is shown as: {}", category.replace('_', " "))
             }
-            _ => format!("{id} is a plain shape of its size"),
+            _ => format!("{id} is a plain form of its kind"),
         };
         rows.push(("stand-in", words_of(account, id), found));
     }
@@ -141,7 +141,7 @@ mod tests {
   understood     \"beaker\"                1 × mug: beaker_1
   without effect \"qwr\\ntz\"               unknown word; nearest by spelling: quart; nearest by meaning: box
   without effect \"dad\"                   nothing that stands on a table
-  stand-in       \"sextant\"               sextant_1 is a plain shape of its size
+  stand-in       \"sextant\"               sextant_1 is a plain form of its kind
   stand-in       \"beaker\"                beaker_1 is shown as: mug
   filling                                spoon_1 is added by the theme
   edited         \"teapot\"                removed teapot_1

@@ -7,9 +7,8 @@ use glam::DVec3;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-use super::Generator;
 use super::added::{added, normalized, read_categories};
-use super::kit::{StoredShape, from_shape};
+use super::kit::StoredShape;
 use geometry::Rgb;
 use runtime::seed::Rng;
 
@@ -69,7 +68,7 @@ pub struct Category {
     /// measured with the categories that have it.
     #[serde(default)]
     pub is_image_candidate: bool,
-    /// Shape of its objects; `None` for the hidden categories of stand-ins, which functions build.
+    /// Shape of its objects; a category without one is refused.
     #[serde(default)]
     pub shape: Option<StoredShape>,
 }
@@ -175,15 +174,6 @@ impl Category {
         let scale = size_m / self.size.typical_m();
         self.container_volume_m3.map(|volume_m3| volume_m3 * scale.element_product())
     }
-
-    /// The builder of its mesh: its shape, or the function of a stand-in.
-    pub(super) fn generator(&self) -> Option<Generator> {
-        if self.shape.is_some() {
-            return Some(from_shape);
-        }
-        let functions = super::stand_in::GENERATORS;
-        functions.iter().find(|(name, _)| *name == self.name).map(|(_, generator)| *generator)
-    }
 }
 
 #[derive(Deserialize)]
@@ -220,7 +210,7 @@ pub(super) fn built_in() -> Vec<Category> {
 }
 
 /// The categories of a file that is compiled in. In each of them `[category.shape]` is the last table.
-fn with_unread_shapes(text: &'static str) -> Vec<Category> {
+pub(super) fn with_unread_shapes(text: &'static str) -> Vec<Category> {
     const BEGIN: &str = "[[category]]\n";
     let blocks = text.split_inclusive(BEGIN).skip(1).map(|block| block.strip_suffix(BEGIN).unwrap_or(block));
     let (heads, shapes): (Vec<&str>, Vec<Option<&str>>) = blocks

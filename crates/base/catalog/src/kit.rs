@@ -27,10 +27,9 @@ use serde::Deserialize;
 
 use crate::{Order, category};
 use alternatives::Alternatives;
-pub(crate) use form::rested;
+use form::rested;
 use geometry::{Material, TexturedMesh};
 use part::Part;
-pub(crate) use skins::{column, turned_ring};
 pub use stored_shape::StoredShape;
 use surface::{Finish, Surface};
 
@@ -152,19 +151,17 @@ impl Shape {
     }
 }
 
-/// Builds the shape of the order's category in the order's extents. An empty mesh if the category has no shape; the
-/// tests of the catalog check every shape.
-pub(crate) fn from_shape(order: &mut Order) -> TexturedMesh {
+/// Builds the shape of the order's category in the order's extents; `None` if the category has no shape.
+pub(crate) fn from_shape(order: &mut Order) -> Option<TexturedMesh> {
     let category = order.category;
-    let Some(shape) = &category.shape else { return TexturedMesh::default() };
-    let mesh = shape.get().assembled(order);
+    let mesh = category.shape.as_ref()?.get().assembled(order);
     let mut scale = order.size_m / mesh.size_m().max(DVec3::splat(1e-9));
     let round = !matches!(category.symmetry_order, 1 | 2);
     if round && (1.0 / ROUND_RATIO..ROUND_RATIO).contains(&(scale.x / scale.y)) {
         let across = 0.5 * (scale.x + scale.y);
         scale = DVec3::new(across, across, scale.z);
     }
-    mesh.seated().scaled(scale)
+    Some(mesh.seated().scaled(scale))
 }
 
 #[cfg(test)]

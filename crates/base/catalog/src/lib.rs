@@ -3,7 +3,7 @@
 //!
 //! Data live in `config/catalog/*.toml` and `config/materials.toml` and are compiled in by `include_str!`; a program
 //! may add categories of the user ([`add_categories`]). Each category has a shape, which the module `kit` builds.
-//! Tables and stand-ins, whose proportions are free, are built by functions.
+//! Tables, whose proportions are free, are built by functions.
 //! Building is deterministic: the same recipe gives the same mesh. The crate must not depend on rendering, scenes,
 //! models or file formats.
 //!
@@ -35,7 +35,7 @@ pub use category::{
 };
 pub use kit::{ShapeError, StoredShape};
 pub use physical::{PhysicalProperties, made_of, physical_properties};
-pub use recipe::{Generator, Order, Recipe, build, build_cached};
+pub use recipe::{Order, Recipe, build, build_cached};
 pub use substance::{Substance, substance};
 pub use tables::{
     BuiltTable, OUTLINED_TABLE, TableModel, build_cached_table, build_outlined_table, build_table,

@@ -129,7 +129,7 @@ mod tests {
                 material: None,
                 seed: 3,
             };
-            let mesh = build(&recipe).expect("a generator");
+            let mesh = build(&recipe).expect("a shape");
             let found = physical_properties(&mesh, &kind.name, None).expect("a solid");
             // From a matchstick (0.15 g) to a car's battery.
             let mass_kg = found.mass.mass_kg;

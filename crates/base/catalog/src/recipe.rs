@@ -7,6 +7,7 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 use super::color::with_color;
+use super::kit::from_shape;
 use super::mesh_cache::Cache;
 use super::{Category, category};
 use geometry::{Rgb, TexturedMesh};
@@ -34,10 +35,10 @@ impl Recipe {
     }
 }
 
-/// The input of a generator: a recipe with resolved colors and its random stream.
+/// The input of a shape: a recipe with resolved colors and its random stream.
 pub struct Order<'a> {
     pub category: &'a Category,
-    /// Extents the mesh must have, meters. The generator meets them within a few percent.
+    /// Extents that the mesh must have, meters.
     pub size_m: DVec3,
     /// Main color.
     pub color: Rgb,
@@ -58,9 +59,6 @@ impl Order<'_> {
     }
 }
 
-/// Builds a mesh: upright with +z up, front toward -y, centered, base on z = 0, meters.
-pub type Generator = fn(&mut Order) -> TexturedMesh;
-
 /// The recipe's mesh in the canonical frame (origin at the center of the bottom face of its box), or
 /// `None` for an unknown category.
 ///
@@ -76,7 +74,6 @@ pub fn build(recipe: &Recipe) -> Option<TexturedMesh> {
 /// The mesh as the category is designed, with this main color, or one of its palette.
 fn designed(recipe: &Recipe, color: Option<Rgb>) -> Option<TexturedMesh> {
     let category = category(&recipe.category)?;
-    let generator = category.generator()?;
     let mut rng = child_rng(recipe.seed, &recipe.category);
     let usual = category.sample_color(&mut rng);
     let mut order = Order {
@@ -86,7 +83,7 @@ fn designed(recipe: &Recipe, color: Option<Rgb>) -> Option<TexturedMesh> {
         material: recipe.material.as_deref(),
         rng,
     };
-    Some(generator(&mut order).seated())
+    Some(from_shape(&mut order)?.seated())
 }
 
 /// As [`build`], from the cache if it was built recently.
@@ -137,7 +134,7 @@ mod tests {
                     .filter_map(|check| check(recipe, &mesh))
                     .map(|why| format!("{name}: {why}"))
                     .collect(),
-                None => vec![format!("{name}: no generator")],
+                None => vec![format!("{name}: no shape")],
             }
         };
         recipes.par_iter().flat_map_iter(check_one).collect()
@@ -159,8 +156,7 @@ mod tests {
 
     #[test]
     fn build_gives_sound_meshes_for_every_category() {
-        // Functions vary with the seed, shapes hardly.
-        let seeds = |category: &Category| if category.shape.is_some() { 1 } else { 3 };
+        let seeds = |category: &Category| if category.is_image_candidate { 3 } else { 1 };
         let recipes: Vec<Recipe> = categories()
             .iter()
             .flat_map(|category| (0..seeds(category)).map(move |seed| recipe(category, seed)))
@@ -228,7 +224,7 @@ mod tests {
             .par_iter()
             .flat_map_iter(|category| (0..2).map(move |seed| (*category, seed)))
             .filter_map(|(category, seed)| {
-                let mesh = build(&recipe(category, seed)).expect("it has a generator");
+                let mesh = build(&recipe(category, seed)).expect("it has a shape");
                 let solid = MeshSolid::new(&mesh).expect("a solid");
                 let turn = DQuat::from_rotation_z(0.7 * seed as f64) * DQuat::from_rotation_x(FRAC_PI_2);
                 let turn = turn * DQuat::from_rotation_z(0.37 + seed as f64);

@@ -1,37 +1,35 @@
-//! Stand-ins: plain bodies for physical objects that the catalog lacks.
+//! Stand-ins: forms of their kind for physical objects that the catalog lacks.
 //!
-//! A lexicon of about 19,000 nouns maps each to a rule with shape family, size range and substance, and to the nearest
-//! category of the catalog. The Python module `tabletopgen_checks.language.stand_ins` derives it from the hypernyms of
-//! WordNet 3.0 and from `config/catalog/stand_in_rules.toml`; it is compiled in as `config/catalog/stand_ins.tsv`.
-//! 23,000 more nouns are known as no object for a table, with the reason. Others are unknown.
+//! A lexicon of about 19,000 nouns maps each to a rule with family (camera, bag, animal), size range and substance, and
+//! to the nearest category of the catalog. The Python module `tabletopgen_checks.language.stand_ins` derives it from
+//! the hypernyms of WordNet 3.0 and from `config/catalog/stand_in_rules.toml`; it is compiled in as
+//! `config/catalog/stand_ins.tsv`. 23,000 more nouns are known as no object for a table, with the reason. Others are
+//! unknown.
 //!
 //! A stand-in is built like any object of the catalog: its [`Recipe`](crate::Recipe) names a hidden category per family
 //! (`stand_in_box`), which [`category`](crate::category) finds and [`categories`](crate::categories) does not list. The
 //! object keeps the requested label. The lexicon is read at the first call, in a few milliseconds.
 //!
 //! ```
-//! use catalog::stand_in::{Family, stand_in};
+//! use catalog::stand_in::stand_in;
 //! use catalog::build;
 //!
 //! let peach = stand_in("peach").expect("a fruit of WordNet");
-//! assert_eq!(peach.family, Family::Produce);
-//! let mesh = build(&peach.recipe(None, None, None, 7)).expect("every family has a generator");
+//! assert_eq!(peach.family, "fruit");
+//! let mesh = build(&peach.recipe(None, None, None, 7)).expect("every family has a shape");
 //! assert!((mesh.size_m() - peach.typical_size_m()).length() < 0.01);
 //! ```
 
-mod family;
 mod lexicon;
 mod rules;
 mod shapes;
-mod solids;
 #[cfg(test)]
 mod tests;
 
-pub use family::Family;
 pub use lexicon::{Obstacle, Placeability, StandIn};
 pub use shapes::is_stand_in;
 
-pub(crate) use shapes::{GENERATORS, hidden_categories};
+pub(crate) use shapes::hidden_categories;
 #[cfg(test)]
 pub(crate) use tests::rule_samples;
 

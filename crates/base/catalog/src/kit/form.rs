@@ -66,7 +66,7 @@ impl Form {
 }
 
 /// The solid with everything below `floor_m` pressed up to it.
-pub(crate) fn rested(solid: Solid, floor_m: f64) -> Solid {
+pub(super) fn rested(solid: Solid, floor_m: f64) -> Solid {
     if solid.positions.iter().all(|p| p.z >= floor_m) {
         return solid;
     }

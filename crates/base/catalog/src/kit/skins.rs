@@ -10,7 +10,7 @@ use geometry::shapes::{circle, lathe, loft, loft_closed};
 
 /// An open Catmull-Rom curve through `knots` (two or more), `steps` segments between neighbors; the knots themselves
 /// for 0 or 1.
-pub(crate) fn smooth_path(knots: &[DVec3], steps: usize) -> Vec<DVec3> {
+pub(super) fn smooth_path(knots: &[DVec3], steps: usize) -> Vec<DVec3> {
     let (steps, last) = (steps.max(1), knots.len() - 1);
     let mut smooth = Vec::with_capacity(last * steps + 1);
     for k in 0..last {
@@ -32,10 +32,10 @@ pub(crate) fn smooth_path(knots: &[DVec3], steps: usize) -> Vec<DVec3> {
 }
 
 /// A superellipse section: (position along the axis, center a, center b, full width a, full width b).
-pub(crate) type Section = (f64, f64, f64, f64, f64);
+pub(super) type Section = (f64, f64, f64, f64, f64);
 
 /// Skins superellipse sections (z, x, y, width, depth) upward; `exponent` 2 is round, 6 boxy.
-pub(crate) fn column(sections: &[Section], exponent: f64, segments: usize) -> Solid {
+pub(super) fn column(sections: &[Section], exponent: f64, segments: usize) -> Solid {
     let power = |c: f64| 0.5 * c.signum() * c.abs().powf(2.0 / exponent);
     let unit: Vec<DVec2> = (0..segments)
         .map(|k| {
@@ -55,7 +55,7 @@ pub(crate) fn column(sections: &[Section], exponent: f64, segments: usize) -> So
 
 /// A ring of revolution with an open center: `profile`, a closed loop (radius, z), counter-clockwise in the
 /// r-z plane, no point on the axis.
-pub(crate) fn turned_ring(profile: &[DVec2], segments: usize) -> Solid {
+pub(super) fn turned_ring(profile: &[DVec2], segments: usize) -> Solid {
     let rings: Vec<Vec<DVec3>> =
         profile.iter().map(|p| circle(p.x, segments).iter().map(|q| q.extend(p.y)).collect()).collect();
     loft_closed(&rings)
@@ -63,7 +63,7 @@ pub(crate) fn turned_ring(profile: &[DVec2], segments: usize) -> Solid {
 
 /// An open vessel of revolution about +z. `outside` runs (radius, z) from the foot to the rim; the inside
 /// lies `wall` within it, measured across the wall, and has its floor at z = `floor`.
-pub(crate) fn vessel(outside: &[DVec2], wall: f64, floor: f64, segments: usize) -> Solid {
+pub(super) fn vessel(outside: &[DVec2], wall: f64, floor: f64, segments: usize) -> Solid {
     let n = outside.len();
     let inward = |k: usize| {
         let along = (outside[(k + 1).min(n - 1)] - outside[k.saturating_sub(1)]).normalize_or_zero();
@@ -92,7 +92,7 @@ const HOLE_SEGMENTS: usize = 48;
 
 /// A plate with one hole, standing on z = 0: `outline` must be star shaped as seen from `center`; the hole reaches
 /// `hole(angle)` from there. Edges are rounded by `edge` unless it is 0.
-pub(crate) fn pierced(
+pub(super) fn pierced(
     outline: &[DVec2],
     center: DVec2,
     hole: impl Fn(f64) -> f64,

@@ -4,9 +4,7 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 
-use super::Family;
 use super::rules::{Rule, rule};
-use super::shapes::usual_color;
 use crate::{Recipe, SizeRange};
 use geometry::Rgb;
 
@@ -25,7 +23,8 @@ const MINIATURES: &[&str] = &["toy ", "model ", "miniature "];
 /// Stand-in for the nouns of one row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandIn {
-    pub family: Family,
+    /// Form of its kind ("camera"): a hidden category of that name after `stand_in_` builds it.
+    pub family: &'static str,
     /// Extents of small and large specimens, meters.
     pub size: SizeRange,
     /// Main substance, one of `config/materials.toml`.
@@ -35,12 +34,17 @@ pub struct StandIn {
 }
 
 impl StandIn {
+    /// Name of the hidden category that builds it ("stand_in_camera").
+    pub fn category_name(&self) -> String {
+        format!("stand_in_{}", self.family)
+    }
+
     /// The center of the size range, meters.
     pub fn typical_size_m(&self) -> DVec3 {
         self.size.typical_m()
     }
 
-    /// The recipe of the stand-in. What is `None` is usual: the typical size, the substance, and its color.
+    /// The recipe of the stand-in. What is `None` is usual: the typical size, a color of its family, the substance.
     pub fn recipe(
         &self,
         size_m: Option<DVec3>,
@@ -48,11 +52,10 @@ impl StandIn {
         material: Option<String>,
         seed: u64,
     ) -> Recipe {
-        let usual = if material.is_none() { usual_color(self.substance) } else { None };
         Recipe {
-            category: self.family.category_name().to_owned(),
+            category: self.category_name(),
             size_m: size_m.unwrap_or_else(|| self.typical_size_m()),
-            color: color.or(usual),
+            color,
             material: Some(material.unwrap_or_else(|| self.substance.to_owned())),
             seed,
         }
@@ -201,7 +204,7 @@ impl Lexicon {
 
 fn of_rule(rule: &'static Rule, nearest: Option<&'static str>) -> StandIn {
     StandIn {
-        family: rule.family,
+        family: &rule.family,
         size: SizeRange { low_m: rule.low_m, high_m: rule.high_m },
         substance: &rule.substance,
         nearest,

@@ -7,13 +7,12 @@ use std::sync::LazyLock;
 use glam::DVec3;
 use serde::Deserialize;
 
-use super::Family;
-
 /// Shape of all nouns of a rule.
 #[derive(Debug, Deserialize)]
 pub(super) struct Rule {
     pub name: String,
-    pub family: Family,
+    /// The hidden category `stand_in_` with this name builds it.
+    pub family: String,
     /// Extents of small and large specimens, meters.
     pub low_m: DVec3,
     pub high_m: DVec3,

@@ -21,9 +21,26 @@ fn expected(table: &'static str) -> Vec<(&'static str, Vec<&'static str>)> {
     table.lines().skip(1).map(row).collect()
 }
 
+/// The plain form that the tables expect of a family; they were written when each had only that.
+fn plain_form(family: &'static str) -> &'static str {
+    match family {
+        "device" | "equipment" | "appliance" | "camera" | "instrument" | "carton" | "chest" => "box",
+        "suitcase" | "book" | "toy" | "bar" => "box",
+        "can" | "barrel" | "drum" | "battery" | "cake" | "lamp" => "cylinder",
+        "cup" | "pot" | "bucket" | "hat" => "bowl",
+        "fruit" | "vegetable" | "leafy" | "mushroom" | "stone" | "bun" | "loaf" | "ball" => "produce",
+        "coin" | "card" | "sheet" | "dish" | "board" | "disc" | "flatbread" | "cookie" | "steak" => "plate",
+        "tool" | "pen" | "broom" | "blade" | "stalk" => "rod",
+        "garment" | "glove" | "bag" | "shoe" => "pillow",
+        "insect" | "statue" => "figure",
+        "hoop" => "ring",
+        other => other,
+    }
+}
+
 fn answer(noun: &str) -> &'static str {
     match placeability(noun) {
-        Some(Placeability::Placeable(stand_in)) => stand_in.family.name(),
+        Some(Placeability::Placeable(stand_in)) => plain_form(stand_in.family),
         Some(Placeability::NotPlaceable(obstacle)) => obstacle.name(),
         None => "unknown",
     }
@@ -64,7 +81,6 @@ fn lexicon_has_thousands_of_nouns_each_once() {
 fn rules_have_known_substances_and_sizes_for_a_table() {
     for rule in rules() {
         assert!(substance(&rule.substance).is_some(), "{}: {}", rule.name, rule.substance);
-        assert!(shapes::usual_color(&rule.substance).is_some(), "{}: no color", rule.name);
         assert!(rule.low_m.cmple(rule.high_m).all(), "{}", rule.name);
         assert!(rule.low_m.min_element() >= 0.002 && rule.high_m.max_element() <= 0.6, "{}", rule.name);
     }
@@ -92,19 +108,18 @@ fn stand_in_finds_other_spellings_and_toys() {
         stand_in("cashbox").is_some() && stand_in("tweezer").is_some() && stand_in("pop bottle").is_some()
     );
     assert_eq!(stand_in("truck"), None);
-    assert_eq!(stand_in("toy truck").map(|toy| toy.family), Some(Family::Box));
+    assert_eq!(stand_in("toy truck").map(|toy| toy.family), Some("toy"));
     assert_eq!(stand_in("toy bear"), stand_in("bear"));
     assert_eq!(placeability("frobnicator"), None);
 }
 
 #[test]
 fn hidden_categories_are_found_by_name_only() {
-    for family in Family::ALL {
-        let name = family.category_name();
+    let built: BTreeSet<String> = rule_samples().iter().map(StandIn::category_name).collect();
+    for name in &built {
         assert!(is_stand_in(name) && category(name).is_some(), "{name}");
-        assert!(categories().iter().all(|category| category.name != name), "{name}");
+        assert!(categories().iter().all(|category| category.name != *name), "{name}");
     }
-    assert_eq!(hidden_categories().len(), Family::ALL.len());
     assert!(!is_stand_in("mug") && category("mug").is_some());
 }
 
@@ -113,18 +128,17 @@ fn recipe_follows_the_request() {
     let stick = stand_in("walking stick").expect("known");
     let usual = stick.recipe(None, None, None, 1);
     assert_eq!(usual.material.as_deref(), Some("wood"));
-    assert_eq!(usual.color, shapes::usual_color("wood"));
+    assert_eq!(usual.color, None);
     let size_m = DVec3::new(0.02, 0.3, 0.02);
     let red = geometry::Rgb::hex(0xc0_20_20);
     let asked = stick.recipe(Some(size_m), Some(red), Some("steel".to_owned()), 1);
     assert_eq!((asked.size_m, asked.color, asked.material.as_deref()), (size_m, Some(red), Some("steel")));
-    assert_eq!(stick.recipe(None, None, Some("walnut".to_owned()), 1).color, None);
 }
 
 /// A stand-in of every rule.
 pub(crate) fn rule_samples() -> Vec<StandIn> {
     let sample = |rule: &'static rules::Rule| StandIn {
-        family: rule.family,
+        family: &rule.family,
         size: crate::SizeRange { low_m: rule.low_m, high_m: rule.high_m },
         substance: &rule.substance,
         nearest: None,
@@ -136,7 +150,7 @@ pub(crate) fn rule_samples() -> Vec<StandIn> {
 fn every_rule_gives_a_plausible_mass() {
     for (rule, sample) in rules().iter().zip(rule_samples()) {
         let recipe = sample.recipe(None, None, None, 5);
-        let mesh = build(&recipe).expect("a generator");
+        let mesh = build(&recipe).expect("a shape");
         let found =
             physical_properties(&mesh, &recipe.category, recipe.material.as_deref()).expect("a solid");
         let mass_kg = found.mass.mass_kg;

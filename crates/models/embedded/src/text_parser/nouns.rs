@@ -3,7 +3,7 @@
 use catalog::stand_in::{self, Placeability};
 use catalog::{Category, SizeRange, category};
 
-/// A plain shape in place of an object that the catalog does not have.
+/// A plain form in place of an object that the catalog does not have.
 #[derive(Clone, Debug)]
 pub(super) struct StandIn<'c> {
     /// The category that builds the shape.
@@ -25,13 +25,13 @@ pub(super) trait Nouns: Sync {
     fn is_noun(&self, word: &str) -> bool;
 }
 
-/// The nouns of WordNet, with the plain shapes of the catalog.
+/// The nouns of WordNet, with the stand-ins of the catalog.
 pub(super) struct WordNetNouns;
 
 impl Nouns for WordNetNouns {
     fn stand_in(&self, noun: &str) -> Option<StandIn<'static>> {
         let found = stand_in::stand_in(noun)?;
-        let category = category(found.family.category_name())?;
+        let category = category(&found.category_name())?;
         Some(StandIn { category, size: found.size, substance: found.substance.to_owned() })
     }
 

@@ -27,7 +27,7 @@ pub(super) fn object_kind(noun: &str) -> Option<ObjectKind> {
     let noun = noun.trim().to_lowercase().replace(['_', '-'], " ");
     let last_word = noun.rsplit(' ').next().unwrap_or(&noun);
     let found = stand_in(&noun).or_else(|| stand_in(last_word))?;
-    let category = category(found.family.category_name())?;
+    let category = category(&found.category_name())?;
     let mark = StandIn { stands_for: noun, shown_as: category.label.clone() };
     Some(ObjectKind { category, stand_in: Some((mark, found.substance)) })
 }

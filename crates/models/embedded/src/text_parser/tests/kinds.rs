@@ -38,7 +38,7 @@ const TABLE: &[(&str, &str, &[&str])] = &[
     ("a mug instead of a glass, and a plate", "1 mug, 1 plate", &[]),
     ("Neither knives nor scissors: a cutting board and a tomato", "1 cutting_board, 1 tomato", &[]),
     // Compounds: the head decides.
-    ("a lamp shade next to a book", "1 stand_in_cylinder, 1 book", &[]),
+    ("a lamp shade next to a book", "1 stand_in_lamp, 1 book", &[]),
     ("a bottle cap and a mug", "1 bottle_cap, 1 mug", &[]),
     ("a zorblax holder, two plates", "2 plate", &["? zorblax holder"]),
     // Coordination.

@@ -19,18 +19,18 @@ const NAMES: &[(&str, &str)] = &[
     ("a red mug", "mug"),
     ("a vintage mug", "mug"),
     // An unknown head.
-    ("a puzzle kit", "stand_in_box*"),
+    ("a puzzle kit", "stand_in_carton*"),
     ("a cup holder", "pen_holder*"),
     ("a zorblax kit", "? zorblax kit"),
     // Words that are also verbs or portions.
     ("a pen rest", "pen_holder*"),
     ("a light switch", "light_switch"),
     ("a switch", "light_switch"),
-    ("a tuna slice", "stand_in_plate*"),
+    ("a tuna slice", "stand_in_steak*"),
     // Nouns whose last word is of the grammar, or that are properties elsewhere.
     ("a set square", "set_square"),
     ("a spring roll", "spring_roll"),
-    ("a starfish", "stand_in_figure*"),
+    ("a starfish", "stand_in_insect*"),
     ("an iron", "clothes_iron"),
     ("a watch", "wristwatch"),
     // A vessel of what comes in a package.

@@ -16,7 +16,7 @@ fn a_stand_in_by_another_category_is_marked_with_its_noun() {
     for (text, stands_for, shown_as) in [
         ("a spork and a plate", "spork", "spoon"),
         ("a dumbbell rack and a plate", "dumbbell rack", "dish rack"),
-        ("a sextant and a plate", "sextant", "box-shaped stand-in"),
+        ("a sextant and a plate", "sextant", "equipment-shaped stand-in"),
     ] {
         let description = describe_seed(text, 1);
         let mark = description.objects[0].stand_in.as_ref().expect(text);
