@@ -5,15 +5,18 @@ use geometry::Rgb;
 use imaging::Texture;
 use runtime::seed::Rng;
 
-/// Marble of `color` with veins of `vein`, 256 px; repeats.
+/// Marble of `color` with long veins of `vein` in two directions that widen and fade, 256 px; repeats.
 pub fn marble(color: Rgb, vein: Rgb, rng: &mut Rng) -> Texture {
-    let octaves = [3, 7, 17].map(|n| Noise::new(n, n, rng));
+    let [warp, bend, grain, fade] = [3, 8, 26, 4].map(|n| Noise::new(n, n, rng));
+    // The phase runs along whole numbers of turns, so that the image repeats; the noise bends its lines without closing
+    // them to loops.
+    let line = |phase: f32, width: f32| (1.0 - 2.0 * (phase.rem_euclid(1.0) - 0.5).abs() / width).max(0.0);
     draw_texture(256, 256, |u, v| {
-        let turbulence: f32 =
-            octaves.iter().zip([1.0, 0.5, 0.2]).map(|(noise, weight)| weight * noise.at(u, v)).sum();
-        let ridge = 1.0 - (2.0 * (1.5 * turbulence + u).fract() - 1.0).abs();
-        let thin = (1.0 - 7.0 * ridge).max(0.0);
-        color.mix(vein, 0.8 * thin * thin + 0.12 * octaves[0].at(v, u))
+        let bent = |u: f32, v: f32| 0.42 * warp.at(u, v) + 0.16 * bend.at(u, v) + 0.05 * grain.at(u, v);
+        let (strong, weak) = (fade.at(u, v), fade.at(v, u));
+        let main = strong * line(2.0 * u + v + bent(u, v), 0.03 + 0.09 * strong * strong);
+        let fine = 0.5 * weak * line(3.0 * v - u + bent(v, u), 0.02 + 0.03 * weak);
+        color.mix(vein, (0.75 * main + 0.6 * fine + 0.14 * warp.at(u, v)).min(0.9))
     })
 }
 

@@ -4,33 +4,97 @@ use rand::RngExt;
 
 use super::PrintOrder;
 use super::strokes::smoothed;
-use crate::texture::{Noise, draw_texture, fruit_skin};
+use crate::texture::{Noise, draw_texture};
 use geometry::Rgb;
 use imaging::Texture;
 
-/// Smooth skin with a blush of the ink; 256 x 128 px.
+/// Smooth skin: streaks from stem to base, a blush of the ink on one side, paler dots; u repeats.
 pub(super) fn skin(order: &mut PrintOrder) -> Texture {
-    fruit_skin(order.ground, order.ink, order.rng)
+    let (color, blush, rng) = (order.ground, order.ink, &mut *order.rng);
+    let (side, streak, dots) = (Noise::new(2, 2, rng), Noise::new(40, 3, rng), Noise::new(56, 40, rng));
+    draw_texture(256, 128, |u, v| {
+        let amount = (1.3 * side.at(u, v) - 0.6 + 0.5 * (streak.at(u, v) - 0.5)).clamp(0.0, 0.8);
+        let dot = if dots.at(u, v) > 0.93 { 0.25 } else { 0.0 };
+        color.mix(blush, amount).mix(Rgb([1.0, 0.95, 0.75]), dot)
+    })
 }
 
-/// Dimpled peel; 256 x 128 px.
+/// Dimpled peel; repeats.
 pub(super) fn peel(order: &mut PrintOrder) -> Texture {
-    crate::texture::citrus_peel(order.ground, order.rng)
+    let (color, rng) = (order.ground, &mut *order.rng);
+    let (pits, tone) = (Noise::new(110, 60, rng), Noise::new(5, 4, rng));
+    draw_texture(256, 128, |u, v| {
+        let pit = (pits.at(u, v) - 0.7).max(0.0);
+        color.scaled(0.97 + 0.08 * tone.at(u, v) - 0.45 * pit)
+    })
 }
 
-/// Banana peel along v; 128 x 256 px.
+/// Banana peel along v: green-brown ends, fine brown lines and flecks along the fruit; u repeats.
 pub(super) fn banana_skin(order: &mut PrintOrder) -> Texture {
-    crate::texture::banana_skin(order.ground, order.rng)
+    let (color, rng) = (order.ground, &mut *order.rng);
+    let (fleck, line) = (Noise::new(24, 30, rng), Noise::new(30, 4, rng));
+    let brown = Rgb([0.32, 0.2, 0.08]);
+    draw_texture(128, 256, |u, v| {
+        let tip = (1.0 - v / 0.05).max(0.0).max((v - 0.9) / 0.1).clamp(0.0, 1.0);
+        let spot = if fleck.at(u, v) > 0.88 { 0.6 } else { 0.0 };
+        let streak = (line.at(u, v) - 0.75).max(0.0);
+        color.mix(Rgb([0.55, 0.6, 0.15]), 0.6 * tip).mix(brown, (spot + streak + tip * tip * 0.8).min(0.9))
+    })
 }
 
-/// Baked crust, paler toward the ink; 256 px.
+/// Baked crust: brown in the center, paler toward the ink, floury patches; repeats.
 pub(super) fn crust(order: &mut PrintOrder) -> Texture {
-    crate::texture::crust(order.ground, order.ink, order.rng)
+    let (brown, pale, rng) = (order.ground, order.ink, &mut *order.rng);
+    let (broad, fine) = (Noise::new(5, 5, rng), Noise::new(40, 40, rng));
+    draw_texture(256, 256, |u, v| {
+        let mixed = brown.mix(pale, (0.9 * broad.at(u, v) - 0.1).clamp(0.0, 1.0));
+        mixed.scaled(0.88 + 0.22 * fine.at(u, v))
+    })
 }
 
-/// Icing with `count` sprinkles; 256 px.
+/// Icing of the ground's color with short bright sprinkles, 256 px.
 pub(super) fn sprinkles(order: &mut PrintOrder) -> Texture {
-    crate::texture::sprinkles(order.ground, order.count.unwrap_or(60) as usize, order.rng)
+    let (base, count, rng) = (order.ground, order.count.unwrap_or(60), &mut *order.rng);
+    let colors = [0xf2_d0_3b, 0x4f_b4_e0, 0xf4_f0_ea, 0x6c_c0_56, 0xe0_4f_6d].map(Rgb::hex);
+    let sticks: Vec<(f32, f32, f32, Rgb)> = (0..count)
+        .map(|_| {
+            let angle = rng.random_range(0.0..std::f32::consts::PI);
+            let pick = rng.random_range(0..colors.len());
+            (rng.random_range(0.0..1.0), rng.random_range(0.0..1.0), angle, colors[pick])
+        })
+        .collect();
+    draw_texture(256, 256, |u, v| {
+        let hit = sticks.iter().find(|(su, sv, angle, _)| {
+            let (dx, dy) = (u - su, v - sv);
+            let along = dx * angle.cos() + dy * angle.sin();
+            let across = dy * angle.cos() - dx * angle.sin();
+            along.abs() < 0.026 && across.abs() < 0.009
+        });
+        hit.map_or(base, |stick| stick.3)
+    })
+}
+
+/// Rind with `count` wavy stripes of the ink from pole to pole; 256 x 128 px.
+pub(super) fn rind(order: &mut PrintOrder) -> Texture {
+    let (wave, edge) = (Noise::new(5, 6, order.rng), Noise::new(40, 24, order.rng));
+    let (ground, ink, count) = (order.ground, order.ink, order.count.unwrap_or(11) as f32);
+    draw_texture(256, 128, |u, v| {
+        let across = (u * count + 0.5 * wave.at(u, v)).fract() - 0.5;
+        let width = 0.2 + 0.16 * (edge.at(u, v) - 0.5);
+        if across.abs() < width { ink } else { ground.scaled(0.94 + 0.12 * edge.at(u, v)) }
+    })
+}
+
+/// Scales of a pineapple: `count` diamonds around, dark between them, with a dry tip; 256 px.
+pub(super) fn diamonds(order: &mut PrintOrder) -> Texture {
+    let tone = Noise::new(30, 30, order.rng);
+    let (ground, ink, count) = (order.ground, order.ink, order.count.unwrap_or(10) as f32);
+    draw_texture(256, 256, |u, v| {
+        let [a, b] = [u + 0.7 * v, u - 0.7 * v].map(|at| (count * at).rem_euclid(1.0) - 0.5);
+        let (edge, tip) = (a.abs().max(b.abs()), (a * a + b * b).sqrt());
+        let scale = ground.scaled(0.8 + 0.3 * tone.at(u, v)).mix(ink, ((edge - 0.36) / 0.1).clamp(0.0, 1.0));
+        scale.mix(ink.scaled(0.8), (0.7 * (0.13 - tip) / 0.06).clamp(0.0, 0.7))
+    })
 }
 
 /// Inside of bread: pale with pores; 128 px, repeats.

@@ -119,6 +119,26 @@ fn page(image: &mut Image, left: i32, paper: Rgb, ink: Rgb, rng: &mut Rng) {
     }
 }
 
+/// Six staves of music with clefs, bars and notes; 256 px.
+pub(super) fn staves(order: &mut PrintOrder) -> Texture {
+    let mut image = Image::filled(256, 256, order.ground.to_rgba8());
+    let (ink, rng) = (order.ink, &mut *order.rng);
+    fill_rectangle(&mut image, 84, 12, 88, 7, ink);
+    for staff in 0..6 {
+        let top = 34 + 36 * staff;
+        (0..5).for_each(|line| fill_rectangle(&mut image, 16, top + 4 * line, 224, 1, ink));
+        (0..5).for_each(|bar| fill_rectangle(&mut image, 16 + 56 * bar, top, 1, 17, ink));
+        fill_disc(&mut image, 24, top + 11, 4, ink);
+        fill_rectangle(&mut image, 24, top - 3, 2, 22, ink);
+        for beat in 0..14 {
+            let (x, y) = (40 + 14 * beat + rng.random_range(0..4), top + 2 * rng.random_range(-1..9));
+            fill_disc(&mut image, x, y, 2, ink);
+            fill_rectangle(&mut image, x + 2, y - 11, 1, 11, ink);
+        }
+    }
+    Texture::new(image)
+}
+
 /// Lines of handwriting; 128 px.
 pub(super) fn note(order: &mut PrintOrder) -> Texture {
     let mut image = Image::filled(128, 128, order.ground.to_rgba8());
