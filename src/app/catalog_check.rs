@@ -1,8 +1,12 @@
-//! Checks of categories of a user: their meshes, hulls and masses, whether they stand, and images of them.
+//! Checks of categories: their meshes, hulls and masses, whether they stand, and images of them.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use catalog::checks::{CHECKS, Check, nowhere_inside_out};
-use catalog::{Category, Recipe};
+use catalog::{Category, Recipe, build};
+use geometry::decompose::{DecomposeError, decompose_and_fit};
 use geometry::shapes::block;
+use geometry::solid_query::MeshSolid;
 use geometry::{Camera, DVec3, Material, Pose, Rgb, TexturedMesh};
 use imaging::Image;
 use physics::{Body, stability};
@@ -14,7 +18,8 @@ use runtime::seed::{child_rng, child_seed};
 use serde::Serialize;
 
 use crate::config::Config;
-use crate::pipeline::catalog_body::{CatalogBodyError, body_of, catalog_body};
+use crate::pipeline::catalog_body::{CatalogBodyError, body_of, body_with};
+use crate::pipeline::certify::uncovered_m;
 
 /// Objects of a category that are built: of different sizes, colors and details.
 const SEEDS: u64 = 3;
@@ -45,12 +50,22 @@ pub struct ObjectFinding {
     pub turned_rad: f64,
 }
 
-/// The findings of some categories, and a sheet with an image of each object.
-pub fn check(categories: &[&Category], config: &Config) -> (Vec<CategoryFinding>, Image) {
+/// The findings of some categories, and a sheet with an image of each object. After each object `seen` gets the number
+/// of those checked, and of all.
+pub fn check(
+    categories: &[&Category],
+    config: &Config,
+    seen: impl Fn(usize, usize) + Sync,
+) -> (Vec<CategoryFinding>, Image) {
     let recipes: Vec<(&Category, u64)> =
         categories.iter().flat_map(|category| (0..SEEDS).map(move |seed| (*category, seed))).collect();
-    let checked: Vec<_> =
-        recipes.par_iter().map(|(category, seed)| checked(category, *seed, config)).collect();
+    let done = AtomicUsize::new(0);
+    let one = |(category, seed): &(&Category, u64)| {
+        let checked = checked(category, *seed, config);
+        seen(done.fetch_add(1, Ordering::Relaxed) + 1, recipes.len());
+        checked
+    };
+    let checked: Vec<_> = recipes.par_iter().map(one).collect();
     let mut findings: Vec<CategoryFinding> = Vec::new();
     let mut images: Vec<(&Image, &str)> = Vec::new();
     for ((category, seed), object) in recipes.iter().zip(&checked) {
@@ -83,12 +98,12 @@ fn checked(category: &Category, seed: u64, config: &Config) -> Checked {
         material: None,
         seed: child_seed(seed, "mesh"),
     };
-    let (body, mesh) = match catalog_body(&category.name, &recipe, &config.decompose) {
+    let (body, mesh, mut objections) = match body(&recipe, config) {
         Ok(made) => made,
         Err(error) => return Checked { found: None, objections: vec![error.to_string()] },
     };
     let checks = CHECKS.into_iter().chain([nowhere_inside_out as Check]);
-    let mut objections: Vec<String> = checks.filter_map(|check| check(&recipe, &mesh)).collect();
+    objections.extend(checks.filter_map(|check| check(&recipe, &mesh)));
     let density_kg_m3 = body.mass.mass_kg / mesh_volume_m3(&mesh).max(f64::MIN_POSITIVE);
     if !DENSITIES_KG_M3.contains(&density_kg_m3) {
         objections.push(format!(
@@ -124,6 +139,35 @@ fn checked(category: &Category, seed: u64, config: &Config) -> Checked {
         turned_rad,
     };
     Checked { found: Some((found, image(&mesh, config))), objections }
+}
+
+/// The body of a recipe with its mesh, and what the certificate would object to in its hulls.
+fn body(recipe: &Recipe, config: &Config) -> Result<(Body, TexturedMesh, Vec<String>), CatalogBodyError> {
+    let mesh = build(recipe).ok_or(CatalogBodyError::NoMesh)?;
+    let (found, fit) = decompose_and_fit(&mesh, &config.decompose, &CancelFlag::default())?;
+    let (limits, outside_m) = (config.health.thresholds(), uncovered_m(&mesh, &found.hulls));
+    let mut objections = Vec::new();
+    if !MeshSolid::new(&mesh).map_err(DecomposeError::from)?.is_watertight() {
+        objections.push(
+            "the mesh is not watertight where its parts meet; move them by half a millimeter".to_owned(),
+        );
+    }
+    if outside_m > limits.max_uncovered_m(mesh.size_m().to_array()) {
+        let outside_mm = 1e3 * outside_m;
+        objections.push(format!(
+            "a part lies {outside_mm:.1} mm outside all of its {} hulls; make thin shells solid, and drop small parts",
+            found.hulls.len()
+        ));
+    }
+    if found.max_excess_m > limits.hull_excess_m {
+        objections.push(format!("a hull sticks out of the mesh by {:.1} mm", 1e3 * found.max_excess_m));
+    }
+    if fit.open_share < limits.open_share {
+        let percent = 100.0 * fit.open_share;
+        objections.push(format!("its hulls leave {percent:.0} % of its openings open; thicken its walls"));
+    }
+    let body = body_with(&recipe.category, &mesh, &recipe.category, found.hulls)?;
+    Ok((body, mesh, objections))
 }
 
 /// Volume that the mesh encloses; overlaps of parts count twice.

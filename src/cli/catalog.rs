@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use serde_json::json;
 
+use super::counting::Counting;
 use super::options::ConfigOptions;
 use super::output::file;
 use super::{Exit, Failure, terminal};
@@ -44,16 +45,16 @@ enum Action {
         #[command(flatten)]
         options: ConfigOptions,
     },
-    /// Check a file of your own categories: closed meshes, sizes, hulls, masses, and whether the objects stand
+    /// Check your own categories, or all: closed meshes, sizes, hulls, masses, and whether the objects stand
     Check(CheckArguments),
 }
 
 /// Arguments of `catalog check`.
 #[derive(Debug, Args)]
 struct CheckArguments {
-    /// File with `[[category]]` tables
+    /// File with `[[category]]` tables; every category of the catalog where it is left out
     #[arg(value_name = "FILE")]
-    file: PathBuf,
+    file: Option<PathBuf>,
     /// Write an image with three objects of each category
     #[arg(long, value_name = "FILE")]
     sheet: Option<PathBuf>,
@@ -99,16 +100,25 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 /// The categories of a file are checked as if `catalog.paths` named it.
 fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     let CheckArguments { file: input, sheet, force, json, options } = arguments;
-    let unusable = |error: FileError| Failure::usage(error.to_string());
-    let (own, _) = added_categories::read(input).map_err(unusable)?;
-    let name = input.to_string_lossy().into_owned();
-    let resolved = options.load(vec![("catalog.paths".to_owned(), name, "FILE")])?;
     if let Some(path) = sheet {
-        file::check(path, "--sheet", *force, &[input.as_path()])?;
+        file::check(path, "--sheet", *force, input.as_deref().as_slice())?;
     }
-    let own: Vec<&::catalog::Category> =
-        own.iter().filter_map(|category| ::catalog::category(&category.name)).collect();
-    let (findings, image) = catalog_check::check(&own, &resolved.config);
+    let unusable = |error: FileError| Failure::usage(error.to_string());
+    let (resolved, checked) = match input {
+        None => (options.load(Vec::new())?, ::catalog::categories().iter().collect()),
+        Some(input) => {
+            let (own, _) = added_categories::read(input).map_err(unusable)?;
+            let name = input.to_string_lossy().into_owned();
+            let resolved = options.load(vec![("catalog.paths".to_owned(), name, "FILE")])?;
+            let own = own.iter().filter_map(|category| ::catalog::category(&category.name)).collect();
+            (resolved, own)
+        }
+    };
+    let checked: Vec<&::catalog::Category> = checked;
+    // A file takes moments, the whole catalog minutes.
+    let counting = Counting::new("objects checked", *json || input.is_some());
+    let seen = |done: usize, all: usize| counting.see(done as u64, all as u64);
+    let (findings, image) = catalog_check::check(&checked, &resolved.config, seen);
     if let Some(path) = sheet {
         file::write(path, &encode_png(&image), *force)?;
     }

@@ -3,7 +3,7 @@
 use catalog::{Recipe, build, physical_properties};
 use geometry::decompose::{DecomposeError, DecomposeSettings, decompose};
 use geometry::mass_properties::MassError;
-use geometry::{Pose, TexturedMesh};
+use geometry::{ConvexHull, Pose, TexturedMesh};
 use physics::Body;
 use runtime::CancelFlag;
 
@@ -44,8 +44,22 @@ pub fn body_of(
     category: &str,
     settings: &DecomposeSettings,
 ) -> Result<Body, CatalogBodyError> {
-    let physical = physical_properties(mesh, category, None)?;
     let hulls = decompose(mesh, settings, &CancelFlag::default())?.hulls;
+    Ok(body_with(name, mesh, category, hulls)?)
+}
+
+/// As [`body_of`], with hulls that are known.
+///
+/// # Errors
+///
+/// [`MassError`] for a mesh without volume.
+pub fn body_with(
+    name: &str,
+    mesh: &TexturedMesh,
+    category: &str,
+    hulls: Vec<ConvexHull>,
+) -> Result<Body, MassError> {
+    let physical = physical_properties(mesh, category, None)?;
     Ok(Body {
         name: name.to_owned(),
         hulls,

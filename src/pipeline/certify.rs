@@ -36,6 +36,7 @@ use scene::{Input, Metrics, Provenance, SceneDescription};
 use store::Digest;
 
 pub use plausibility::HealthSettings;
+pub(crate) use plausibility::uncovered_m;
 pub use vlm_rating::AppraiseSettings;
 
 pub const STAGE: Stage = Stage { name: "certify", version: 23 };

@@ -41,7 +41,7 @@ pub struct HealthSettings {
 }
 
 impl HealthSettings {
-    pub(super) fn thresholds(&self) -> HealthThresholds {
+    pub(crate) fn thresholds(&self) -> HealthThresholds {
         HealthThresholds {
             hull_excess_m: self.hull_excess_m,
             uncovered_m: self.uncovered_m,
@@ -160,7 +160,7 @@ fn enclosed_m3(mesh: &TexturedMesh) -> f64 {
 }
 
 /// Largest distance of a corner of the mesh outside the nearest hull, to the planes of its faces.
-pub(in crate::pipeline) fn uncovered_m(mesh: &TexturedMesh, hulls: &[ConvexHull]) -> f64 {
+pub(crate) fn uncovered_m(mesh: &TexturedMesh, hulls: &[ConvexHull]) -> f64 {
     let planes: Vec<FlatPlanes> = hulls.iter().map(|hull| FlatPlanes::of(&supporting_planes(hull))).collect();
     let step = mesh.positions.len().div_ceil(MAX_CORNERS).max(1);
     // The hull that has a corner most likely has the next one.
