@@ -11,7 +11,7 @@ use geometry::decompose::{DecomposeError, DecomposeSettings, HullFit, decompose_
 use geometry::repair::Repair;
 use scene::{InstanceId, Recognition};
 
-pub const STAGE: Stage = Stage { name: "decompose", version: 13 };
+pub const STAGE: Stage = Stage { name: "decompose", version: 14 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -36,8 +36,9 @@ pub struct HullFit {
     #[schemars(range(min = 0.0))]
     pub mesh_from_hulls_mean_m: f64,
     /// Share of the openings that no hull fills. Openings are points in the mesh's convex hull farther from the mesh
-    /// than a fiftieth of its size that a ball of that radius reaches from outside: cavities and handles count, creases
-    /// and what is sealed do not. 1 if all openings stay open, or if there is none.
+    /// than a fiftieth of its size, and than 1.5 mm, that a ball of that radius reaches from outside: cavities and
+    /// handles count; creases, what is sealed, and openings of less than 2 % of the convex hull do not. 1 if all
+    /// openings stay open, or if there is none.
     #[schemars(with = "Fraction")]
     pub open_share: f64,
 }

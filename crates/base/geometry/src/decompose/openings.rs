@@ -15,19 +15,26 @@ use crate::solid_query::MeshSolid;
 
 /// Steps of the grid along the longest edge of the mesh's box.
 const STEPS: f64 = 24.0;
+/// Smallest step, meters: what is narrower holds nothing that can stand on a table.
+const MIN_STEP_M: f64 = 0.003;
+/// Openings of less than this share of the convex hull's volume are dimples and creases.
+const MIN_SHARE: f64 = 0.02;
 /// Points at most so many steps below the surface of the convex hull may be entrances.
 const ENTRANCE_STEPS: f64 = 2.0;
 
 /// The points, in the order of the grid.
 pub(super) fn openings(solid: &MeshSolid, depths: &mut Depths<'_>) -> Result<Vec<DVec3>, DecomposeError> {
     let points: Vec<DVec3> = solid.triangles().flatten().collect();
-    let wrap = planes(&convex_hull(&points, usize::MAX, 0.0).ok_or(DecomposeError::NoHull)?);
+    let hull = convex_hull(&points, usize::MAX, 0.0).ok_or(DecomposeError::NoHull)?;
+    let wrap = planes(&hull);
     let (low, high) = solid.bounds();
-    let step_m = ((high - low).max_element() / STEPS).max(1e-6);
+    let step_m = ((high - low).max_element() / STEPS).max(MIN_STEP_M);
     let grid = Grid { low_m: low, step_m, size: ((high - low) / step_m).ceil().as_uvec3().max(UVec3::ONE) };
     let free = free_points(&grid, &wrap, depths);
     let reached = reached(&grid, &wrap, depths, &free);
-    Ok((0..reached.len()).filter(|&k| reached[k]).map(|k| grid.point(k)).collect())
+    let points: Vec<DVec3> = (0..reached.len()).filter(|&k| reached[k]).map(|k| grid.point(k)).collect();
+    let open_m3 = points.len() as f64 * step_m.powi(3);
+    Ok(if open_m3 < MIN_SHARE * hull.volume_m3() { Vec::new() } else { points })
 }
 
 /// Points at the centers of cells, x fastest.

@@ -59,7 +59,8 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
         "Volumes of overlapping parts and hulls count twice; how far the mesh lies outside its hulls is a lower \
          bound. Air is that in the union of the hulls, over the solid in it; distances are those between the surface \
          of that union and the mesh, the farther and the mean of both ways; openings are what lies in the convex \
-         hull of the whole mesh and farther from it than a fiftieth of its size. Hulls are made of the repaired mesh; \
+         hull of the whole mesh and farther from it than a fiftieth of its size and than 1.5 mm, where they are 2 % of \
+         that hull or more. Hulls are made of the repaired mesh; \
          the visual mesh stays as it came.",
     );
 }
