@@ -139,7 +139,7 @@ impl Shape {
                     let finish = self.finish.or(origin.finish).unwrap_or_default();
                     let surface =
                         own.or_else(|| surface::common(name)).unwrap_or_else(|| Surface::main(finish));
-                    let surface = surface.as_asked(name, order);
+                    let surface = surface.with_requested_material(name, order);
                     let material = surface.material(name, word, order);
                     (surface, material)
                 });

@@ -228,7 +228,7 @@ impl Surface {
     }
 
     /// The surface with the material that was asked for, which repeats, in place of a print.
-    pub fn as_asked(self, name: &str, order: &Order) -> Self {
+    pub fn with_requested_material(self, name: &str, order: &Order) -> Self {
         let printed = matches!(self.finish, Finish::Print(_));
         match self.requested(name, order) {
             Some(_) if printed => Self { map: Some(Mapping::Tiled), repeat: None, ..self },
