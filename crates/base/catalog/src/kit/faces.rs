@@ -40,9 +40,13 @@ enum Facing {
 /// Share of a normal along a direction from which the triangle faces it.
 const FACING_COSINE: f64 = 0.7;
 
+/// The same for the direction toward the axis. The two triangles of a quad on a rim differ by less, so that both are
+/// inside or neither.
+const INWARD_COSINE: f64 = 0.05;
+
 impl Facing {
     fn is_met(self, center: DVec3, normal: DVec3, center_z_m: f64) -> bool {
-        let toward_axis = normal.dot(center.with_z(0.0)) < -1e-9;
+        let toward_axis = normal.dot(center.with_z(0.0).normalize_or_zero()) < -INWARD_COSINE;
         match self {
             Self::Up => normal.z > FACING_COSINE,
             Self::Down => normal.z < -FACING_COSINE,
