@@ -150,11 +150,9 @@ fn finding_text(finding: &CategoryFinding) -> String {
 }
 
 fn named<'c>(catalog: &'c Catalog, name: &str) -> Result<&'c CategoryView, Failure> {
-    let name = name.to_lowercase();
-    let is_named = |category: &&CategoryView| {
-        category.name == name || category.label == name || category.synonyms.contains(&name)
-    };
-    catalog.categories.iter().find(is_named).ok_or_else(|| {
+    let known = ::catalog::category_called(name);
+    let view = known.and_then(|known| catalog.categories.iter().find(|category| category.name == known.name));
+    view.ok_or_else(|| {
         Failure::usage(format!("the catalog has no {name:?}; `tabletopgen catalog list` lists what it has"))
     })
 }

@@ -211,9 +211,7 @@ mod tests {
         let start = Pose { translation_m: rendered.translation_m + lift_m, rotation };
         let scene = RenderedScene { camera, objects };
         let yaws = indistinguishable_yaws(&scene, 1, start, &CancelFlag::default()).expect("not interrupted");
-        // Facets of the thread differ by a pixel upside down, so that two of the six may not match.
-        assert!((4..=6).contains(&yaws.intervals()), "{}", yaws.intervals());
-        let matching = (0..6).filter(|sixth| yaws.distance_deg(60.0 * f64::from(*sixth)) <= 1.0);
-        assert!(matching.count() >= 4);
+        assert_eq!(yaws.intervals(), 6);
+        assert!((0..6).all(|sixth| yaws.distance_deg(60.0 * f64::from(sixth)) <= 1.0));
     }
 }
