@@ -23,7 +23,7 @@ mod height_map;
 mod support_tree;
 mod spatial_constraints;
 mod co_occurrence_priors;
-mod shared_use;
+mod habits;
 mod place_settings;
 mod support_surface;
 mod group;

@@ -5,67 +5,12 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::DVec2;
 use rand::RngExt;
 
-use super::shared_use::share_a_use;
-use super::spatial_constraints::{BEHIND, FRONT, LEFT, RIGHT, RelativePosition, SpatialConstraint};
+use super::habits::{Frame, PRIORS, names, share_a_use};
+use super::spatial_constraints::{RIGHT, RelativePosition, SpatialConstraint};
 use super::{LayoutObject, ObjectGeometry};
 use catalog::Facing;
 use runtime::seed::Rng;
 use scene::SupportTree;
-
-/// Behind and to the right of a plate: the usual position of glasses.
-const UPPER_RIGHT: RelativePosition = RelativePosition::Toward(0.9);
-/// Behind and to the left of a plate: the usual position of bowls.
-const UPPER_LEFT: RelativePosition = RelativePosition::Toward(2.25);
-
-/// The usual position of a category relative to the first target category that is present.
-struct Prior {
-    category: &'static str,
-    position: RelativePosition,
-    targets: &'static [&'static str],
-    /// Whether directions are in the target's frame instead of the world frame.
-    in_target_frame: bool,
-}
-
-const fn prior(
-    category: &'static str,
-    position: RelativePosition,
-    targets: &'static [&'static str],
-) -> Prior {
-    Prior { category, position, targets, in_target_frame: false }
-}
-
-const fn setting_prior(
-    category: &'static str,
-    position: RelativePosition,
-    targets: &'static [&'static str],
-) -> Prior {
-    Prior { category, position, targets, in_target_frame: true }
-}
-
-const PRIORS: &[Prior] = &[
-    prior("keyboard", FRONT, &["monitor", "laptop"]),
-    prior("mouse", RIGHT, &["keyboard", "laptop"]),
-    setting_prior("fork", LEFT, &["plate", "bowl"]),
-    setting_prior("knife", RIGHT, &["plate", "cutting_board"]),
-    setting_prior("spoon", RIGHT, &["plate", "bowl", "teacup", "saucer", "mug"]),
-    setting_prior("chopsticks", RIGHT, &["plate", "bowl"]),
-    setting_prior("wine_glass", UPPER_RIGHT, &["plate"]),
-    setting_prior("drinking_glass", UPPER_RIGHT, &["plate"]),
-    setting_prior("mug", UPPER_RIGHT, &["plate"]),
-    setting_prior("bowl", UPPER_LEFT, &["plate"]),
-    prior("pepper_mill", RelativePosition::Beside, &["salt_shaker"]),
-    prior("salt_shaker", RelativePosition::Beside, &["pepper_mill"]),
-    prior("pen", RIGHT, &["notebook", "paper_stack", "sticky_notes"]),
-    prior("pencil", RIGHT, &["notebook", "paper_stack", "sticky_notes"]),
-    prior("eyeglasses", RelativePosition::Beside, &["book", "notebook"]),
-    prior("remote_control", RelativePosition::Beside, &["game_controller"]),
-    prior("paintbrush", RelativePosition::Beside, &["paint_palette", "watercolor_set", "canvas_board"]),
-    prior("dice", RelativePosition::Beside, &["playing_cards"]),
-    prior("nut", RelativePosition::Beside, &["bolt"]),
-    prior("pin_cushion", RelativePosition::Beside, &["sewing_machine"]),
-    prior("utility_knife", RelativePosition::Beside, &["cutting_mat"]),
-    prior("pitcher", BEHIND, &["drinking_glass"]),
-];
 
 /// Largest number of objects without relations that stand beside each other for their use.
 const MAX_GATHERED: usize = 4;
@@ -78,7 +23,7 @@ pub(super) fn add_soft_constraints(
 ) {
     let same_surface = |a: usize, b: usize| supports.supporter(a).parent == supports.supporter(b).parent;
     let of = |name: &str, near: usize| -> Vec<usize> {
-        (0..objects.len()).filter(|&k| objects[k].category.name == name && same_surface(k, near)).collect()
+        (0..objects.len()).filter(|&k| names(name, objects[k].category) && same_surface(k, near)).collect()
     };
     // For each object, how many of those of its use stand beside each other up to it.
     let mut gathered = vec![1; objects.len()];
@@ -86,70 +31,69 @@ pub(super) fn add_soft_constraints(
         if supports.supporter(from).is_container() {
             continue;
         }
-        let category = objects[from].category;
-        let stated: Vec<SpatialConstraint> =
-            constraints.iter().copied().filter(|l| l.from == from && l.hard).collect();
-        let placed =
+        let is_placed =
             objects[from].relations.iter().any(|(kind, target)| target.is_none() && !kind.is_support());
-        let rank = of(&category.name, from).iter().position(|&k| k == from).unwrap_or(0);
-        for prior in PRIORS.iter().filter(|prior| prior.category == category.name) {
-            // "Next to the plate" leaves the side open; other relations determine it.
-            let beside = stated.iter().find(|l| {
-                l.position == RelativePosition::Beside
-                    && prior.targets.contains(&objects[l.to].category.name.as_str())
-            });
-            if let Some(constraint) = beside {
-                constraints.push(SpatialConstraint {
-                    position: prior.position,
-                    in_target_frame: prior.in_target_frame,
-                    hard: false,
-                    distance_m: None,
-                    ..*constraint
-                });
-            } else if stated.is_empty() && !placed {
-                let targets =
-                    prior.targets.iter().map(|name| of(name, from)).find(|present| !present.is_empty());
-                let Some(targets) = targets else { continue };
-                // One object for each target in its frame; surplus objects stay unconstrained.
-                let Some(&to) =
-                    targets.get(rank).or(if prior.in_target_frame { None } else { targets.last() })
-                else {
-                    continue;
-                };
-                let mutual = constraints.iter().any(|l| l.from == to && l.to == from);
-                if to != from && !mutual {
-                    constraints.push(SpatialConstraint {
-                        from,
-                        to,
-                        position: prior.position,
-                        in_target_frame: prior.in_target_frame,
-                        hard: false,
-                        distance_m: None,
-                    });
-                }
-            }
-        }
+        let habitual = habitual_constraints(objects, from, is_placed, &of, constraints);
+        constraints.extend(habitual);
         let constrained = constraints.iter().any(|l| l.from == from);
-        if !constrained && !placed {
+        if !constrained && !is_placed {
             // Beside the last one before it that is used together with it; a table is no row of goods.
-            let is_mate =
-                |to: &usize| same_surface(from, *to) && share_a_use(category, objects[*to].category);
+            let is_mate = |to: &usize| {
+                same_surface(from, *to) && share_a_use(objects[from].category, objects[*to].category)
+            };
             if let Some(to) = (0..from).rev().find(is_mate)
                 && gathered[to] < MAX_GATHERED
             {
                 gathered[from] = gathered[to] + 1;
-                constraints.push(SpatialConstraint {
-                    from,
-                    to,
-                    position: RelativePosition::Beside,
-                    in_target_frame: false,
-                    hard: false,
-                    distance_m: None,
-                });
+                constraints.push(soft(from, to, RelativePosition::Beside, false));
             }
         }
     }
     add_spoons_beyond_knives(objects, constraints);
+}
+
+fn soft(from: usize, to: usize, position: RelativePosition, in_target_frame: bool) -> SpatialConstraint {
+    SpatialConstraint { from, to, position, in_target_frame, hard: false, distance_m: None }
+}
+
+/// Soft constraints of one object from the priors. `of` lists the objects of a name on the surface of an object;
+/// `known` are the constraints so far.
+fn habitual_constraints(
+    objects: &[LayoutObject],
+    from: usize,
+    is_placed: bool,
+    of: impl Fn(&str, usize) -> Vec<usize>,
+    known: &[SpatialConstraint],
+) -> Vec<SpatialConstraint> {
+    let category = objects[from].category;
+    let stated: Vec<&SpatialConstraint> = known.iter().filter(|l| l.from == from && l.hard).collect();
+    let rank = of(&category.name, from).iter().position(|&k| k == from).unwrap_or(0);
+    let mut habitual: Vec<SpatialConstraint> = Vec::new();
+    for prior in PRIORS.iter().filter(|prior| prior.objects.iter().any(|name| names(name, category))) {
+        let position = prior.position.relative();
+        let in_target_frame = prior.frame == Frame::Target;
+        // "Next to the plate" leaves the side open; other relations determine it.
+        let beside = stated.iter().find(|l| {
+            l.position == RelativePosition::Beside
+                && prior.of.iter().any(|name| names(name, objects[l.to].category))
+        });
+        if let Some(constraint) = beside {
+            habitual.push(soft(from, constraint.to, position, in_target_frame));
+        } else if stated.is_empty() && !is_placed {
+            let others =
+                |name: &String| of(name, from).into_iter().filter(|&k| k != from).collect::<Vec<_>>();
+            let targets = prior.of.iter().map(others).find(|present| !present.is_empty());
+            let Some(targets) = targets else { continue };
+            // One object for each target in its frame; surplus objects stay unconstrained.
+            let target = targets.get(rank).or(if in_target_frame { None } else { targets.last() });
+            let Some(&to) = target else { continue };
+            let is_mutual = known.iter().any(|l| l.from == to && l.to == from);
+            if !is_mutual {
+                habitual.push(soft(from, to, position, in_target_frame));
+            }
+        }
+    }
+    habitual
 }
 
 /// Adds soft constraints for spoons: right of the knife, where both are right of a plate.

@@ -1,8 +1,9 @@
 //! Contents after "of": "a bowl of apples", "a tray of cups and plates".
 
 use super::{Link, LinkKind, Parser, Referent};
-use crate::text_parser::phrase::{Determiner, Head, noun_phrase};
+use crate::text_parser::phrase::{Determiner, Head, NounPhrase, noun_phrase};
 use crate::text_parser::property::Property;
+use catalog::Affordance;
 
 impl Parser<'_, '_> {
     /// After "of": the contents of a vessel or the load of a board.
@@ -25,6 +26,7 @@ impl Parser<'_, '_> {
                 return;
             }
             let open = phrase.count.is_none();
+            let holds = self.names_vessel(&phrase);
             self.parsed.account.used(self.at..p);
             self.at = end;
             if let Referent::Mentions(list) = self.refer(phrase, false) {
@@ -35,7 +37,8 @@ impl Parser<'_, '_> {
                     }
                 }
             }
-            // "a bowl of apples and pears": bare plurals are also contents of the vessel.
+            // "a bowl of apples and pears": bare plurals are also contents of the vessel, but not the cups of "a plate
+            // of sushi and cups".
             let next = self.at + 1;
             if open
                 && self.word(0) == Some("and")
@@ -43,11 +46,17 @@ impl Parser<'_, '_> {
                 && second.count.is_none()
                 && second.plural
                 && matches!(second.head, Head::Objects(_))
+                && (holds || !self.names_vessel(&second))
             {
                 p = next;
             } else {
                 return;
             }
         }
+    }
+    /// Whether the phrase names what holds other objects.
+    fn names_vessel(&self, phrase: &NounPhrase) -> bool {
+        let Head::Objects(meanings) = &phrase.head else { return false };
+        self.category_of(meanings).is_some_and(|category| category.affords(Affordance::Container))
     }
 }

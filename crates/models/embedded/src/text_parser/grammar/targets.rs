@@ -15,7 +15,7 @@ use scene::RelationKind;
 use scene::text_account::PredicateKind;
 
 impl Parser<'_, '_> {
-    fn category_of(&self, meanings: &[Meaning]) -> Option<&Category> {
+    pub(super) fn category_of(&self, meanings: &[Meaning]) -> Option<&Category> {
         match meanings.first() {
             Some(Meaning::Category(index)) => Some(&self.lexicon.categories[*index]),
             _ => None,

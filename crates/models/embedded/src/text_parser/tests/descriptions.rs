@@ -38,6 +38,24 @@ const TABLE: &[(&str, &str, &[&str])] = &[
         &["no banana", "!no apple"],
     ),
     ("Nothing apart from a kettle and a mug.", "1 kettle, 1 mug", &["!filled"]),
+    // Contents, and what stands beside them.
+    (
+        "A table with chopsticks, a plate of sushi and two sake cups.",
+        "1 chopsticks, 1 plate, 1 sushi, 2 sake_cup",
+        &["sushi_1 on plate_1", "!sake_cup_1 on plate_1"],
+    ),
+    (
+        "A counter with a plate of olives and wine glasses.",
+        "1 plate, 5 olive, 3 wine_glass",
+        &["olive_1 on plate_1", "!wine_glass_1 on plate_1"],
+    ),
+    ("A tray of cups and plates.", "1 tray, 3 mug, 3 plate", &["mug_1 on tray_1", "plate_1 on tray_1"]),
+    (
+        "A bathroom shelf with a toothbrush and a bar of soap.",
+        "1 toothbrush, 1 soap",
+        &["!toothbrush_1 on shelf_1"],
+    ),
+    ("A nightstand with a lamp and a book.", "1 desk_lamp, 1 book", &[]),
     // Requests.
     ("Spawn three cubes and a bowl.", "3 cube, 1 bowl", &[]),
     ("Could you spawn a red mug and a book?", "1 mug, 1 book", &["mug_1 red"]),
