@@ -1,8 +1,10 @@
 //! Finishes of a table's top, frame and metal parts.
 
+mod boards;
+mod slab;
+
 use rand::RngExt;
 
-use crate::texture::{marble, wood_grain, wood_planks};
 use geometry::{Material, Rgb, TexturedMesh};
 use runtime::seed::Rng;
 
@@ -83,7 +85,7 @@ fn stone(color: Option<Rgb>, rng: &mut Rng) -> Material {
     let base = color.unwrap_or(Rgb::hex(0xee_ec_e8));
     let dark = base.0.iter().sum::<f32>() < 1.2;
     let vein = if dark { Rgb::hex(0xd8_d4_cc) } else { Rgb::hex(0x84_84_8a) };
-    Material::textured("marble", marble(base, vein, rng), 0.22)
+    Material::textured("marble", slab::marble_slab(base, vein, rng), 0.22)
 }
 
 fn rendered(color: Rgb) -> (Material, Material) {
@@ -99,8 +101,9 @@ fn timber(name: &str, color: Option<Rgb>, rng: &mut Rng) -> (Material, Material)
         _ => Rgb::hex(0xb8_8a_56),
     };
     let color = color.unwrap_or(usual);
-    let top = Material::textured(name, wood_planks(color, 4, rng), 0.5);
-    let frame = Material::textured(&format!("{name}_frame"), wood_grain(color.scaled(0.93), rng), 0.55);
+    let top = Material::textured(name, boards::tabletop(name, color, rng), 0.5);
+    let frame = boards::straight(name, color.scaled(0.93), rng);
+    let frame = Material::textured(&format!("{name}_frame"), frame, 0.55);
     (top, frame)
 }
 

@@ -1,7 +1,12 @@
 //! The color of rays that meet no object: a gradient with a floor for shadows, or floor and walls of a room.
 
+pub mod furnishing;
+pub mod sunspot;
+
 use glam::{Vec2, Vec3, Vec3A};
 
+use self::furnishing::{Furnishing, wall_of};
+pub use self::sunspot::Sunspot;
 use super::environment::Environment;
 use super::floor_light::FloorLight;
 use super::floor_pattern::floor_reflectance;
@@ -41,15 +46,7 @@ pub struct Backdrop {
     pub per_light: Vec3,
     pub limit: Vec3,
     pub sunspot: Option<Sunspot>,
-}
-
-/// Sunlight through a window onto the wall: positions on a plane across the key light.
-#[derive(Clone, Copy)]
-pub struct Sunspot {
-    pub right: Vec3A,
-    pub up: Vec3A,
-    /// Of the center of the window, meters along both.
-    pub center: Vec2,
+    pub furnishing: Option<Furnishing>,
 }
 
 /// Height of the skirting, and of the dark joint above it, meters.
@@ -70,6 +67,7 @@ impl Backdrop {
                 per_light: Vec3::splat(exposure),
                 limit: Vec3::INFINITY,
                 sunspot: Some(Sunspot::new(&light.room, environment.toward_key)),
+                furnishing: Some(Furnishing::of(&light.room)),
             },
             None => Self {
                 background,
@@ -77,6 +75,7 @@ impl Backdrop {
                 per_light: environment.per_open_floor(),
                 limit: Vec3::ONE,
                 sunspot: None,
+                furnishing: None,
             },
         }
     }
@@ -97,6 +96,11 @@ impl Backdrop {
 
     /// Light from a place where this share of the key light reaches it.
     pub fn light(&self, place: &BackdropPlace, reaching: f32) -> Vec3 {
+        self.tinted_light(place, Vec3::splat(reaching))
+    }
+
+    /// As [`Self::light`], with the share of each color.
+    pub fn tinted_light(&self, place: &BackdropPlace, reaching: Vec3) -> Vec3 {
         let Some(Receiver { key, ambient, .. }) = place.receiver else { return place.color };
         place.color * ((key * reaching + ambient) * self.per_light).min(self.limit)
     }
@@ -143,11 +147,11 @@ impl Backdrop {
             ambient = open * corner_shade(to_wall);
         } else {
             key *= WALL_SHARE * (BESIDE_SUNSPOT + (1.0 - BESIDE_SUNSPOT) * sunspot.share(point));
-            color = wall_reflectance(
-                room,
-                Vec2::new(in_plan.dot(Vec2::new(normal.y, normal.x)), height),
-                footprint_m,
-            );
+            let at = Vec2::new(in_plan.dot(Vec2::new(normal.y, normal.x)), height);
+            let bare = wall_reflectance(room, at, footprint_m);
+            let furnishing = self.furnishing.as_ref();
+            color =
+                furnishing.map_or(bare, |furnishing| furnishing.over(wall_of(normal), at, footprint_m, bare));
             ambient = light.on_wall(normal) * corner_shade(height) * (0.92 + 0.08 * (height / 1.2).min(1.0));
         }
         BackdropPlace { color, receiver: Some(Receiver { point, normal, key, ambient }) }
@@ -189,38 +193,4 @@ fn wall_reflectance(room: &Room, at: Vec2, footprint_m: f32) -> Vec3 {
         * (JOINT_M / (JOINT_M + 2.0 * blur));
     let plaster = 0.97 + 0.06 * value_noise(1.7 * at, room.seed);
     (plaster * decor.wall_color).lerp(decor.skirting_color, skirting) * (1.0 - 0.5 * joint)
-}
-
-impl Sunspot {
-    /// The window whose light falls onto the wall behind the scene as seen along the key light.
-    fn new(room: &Room, toward_key: Vec3A) -> Self {
-        let right = Vec3A::Z.cross(toward_key).normalize_or(Vec3A::X);
-        let up = toward_key.cross(right);
-        let tabletop = &room.tabletop;
-        let center = 0.5 * (tabletop.low_m + tabletop.high_m).as_vec2();
-        let origin = Vec3A::new(center.x, center.y, tabletop.z_m as f32);
-        let away = -toward_key.with_z(0.0);
-        let (depth, _) = farthest(room, &Ray { origin, direction: away });
-        let on_wall = if depth.is_finite() { origin + depth * away } else { origin };
-        // Beside the objects, which hide what is straight behind them.
-        Self { right, up, center: Vec2::new(on_wall.dot(right) - 0.4, on_wall.dot(up)) }
-    }
-
-    /// Share of sunlight at a point, 0..1: two columns of three panes with soft edges.
-    fn share(&self, point: Vec3A) -> f32 {
-        const PANE_M: Vec2 = Vec2::new(0.42, 0.36);
-        const BAR_M: f32 = 0.035;
-        const PENUMBRA_M: f32 = 0.05;
-        let p = Vec2::new(point.dot(self.right), point.dot(self.up)) - self.center;
-        let half = Vec2::new(PANE_M.x, 1.5 * PANE_M.y);
-        let edge = |inside: f32| {
-            let t = (inside / PENUMBRA_M + 0.5).clamp(0.0, 1.0);
-            t * t * (3.0 - 2.0 * t)
-        };
-        let outer = edge(half.x - p.x.abs()) * edge(half.y - p.y.abs());
-        let to_bar_x = p.x.abs();
-        let to_bar_y = (p.y.abs() - 0.5 * PANE_M.y).abs();
-        let bars = 1.0 - 0.55 * edge(BAR_M - to_bar_x).max(edge(BAR_M - to_bar_y));
-        outer * bars
-    }
 }

@@ -11,7 +11,7 @@ use super::scene_buffers::SceneBuffers;
 use super::sky::{Sky, SkyShare};
 use super::tone_curve::ToneCurve;
 use crate::Lighting;
-use crate::room::Room;
+use crate::room::{Room, luminance};
 
 /// Light arriving at points of the scene.
 pub struct Environment<'a> {
@@ -89,20 +89,24 @@ impl<'a> Environment<'a> {
         open.max(Vec3::splat(1e-3)).recip()
     }
 
-    /// Share of the key light that reaches a surface point.
-    pub fn key_visibility(&self, point: Vec3A, normal: Vec3A, turn: f32) -> f32 {
+    /// Share of the key light that reaches a surface point, by color.
+    pub fn key_visibility(&self, point: Vec3A, normal: Vec3A, turn: f32) -> Vec3 {
         let past_still = self.past_still(point, normal, turn);
-        if past_still == 0.0 { 0.0 } else { past_still * self.past_moving(point, normal, turn) }
+        if past_still == Vec3::ZERO { past_still } else { past_still * self.past_moving(point, normal, turn) }
     }
 
-    /// Share of the key light that passes the objects of `key_map`.
-    pub fn past_still(&self, point: Vec3A, normal: Vec3A, turn: f32) -> f32 {
-        self.key_map.as_ref().map_or(1.0, |map| map.soft_visibility(point, normal, turn))
+    /// Share of the key light that passes the objects of `key_map`, by color.
+    pub fn past_still(&self, point: Vec3A, normal: Vec3A, turn: f32) -> Vec3 {
+        let Some(map) = &self.key_map else { return Vec3::ONE };
+        let past_opaque = map.soft_visibility(point, normal, turn);
+        if past_opaque == 0.0 { Vec3::ZERO } else { past_opaque * map.through_glass(point, normal) }
     }
 
     /// Share of the key light that passes the objects that move.
     pub fn past_moving(&self, point: Vec3A, normal: Vec3A, turn: f32) -> f32 {
-        self.moving_map.as_ref().map_or(1.0, |map| map.soft_visibility(point, normal, turn))
+        let Some(map) = &self.moving_map else { return 1.0 };
+        let past_opaque = map.soft_visibility(point, normal, turn);
+        if past_opaque == 0.0 { 0.0 } else { past_opaque * luminance(map.through_glass(point, normal)) }
     }
 
     /// Ambient light that a white matte floor reflects.

@@ -2,7 +2,10 @@
 //!
 //! Soft shadows follow Fernando, "Percentage-closer soft shadows" (2005): average the blockers around the receiver,
 //! derive the penumbra's width from their distance, filter the comparison over it. A dilated coarse map of the highest
-//! blockers answers most pixels (fully lit) with one lookup; the others test eight texels at a time.
+//! blockers answers most pixels (fully lit) with one lookup; the others test eight texels at a time. Transparent
+//! objects have shadows of their own, [`glass`].
+
+pub mod glass;
 
 use std::ops::Range;
 
@@ -10,6 +13,7 @@ use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3A, Vec3, Vec3A};
 use rayon::prelude::*;
 use wide::f32x8;
 
+use self::glass::GlassShadow;
 use super::prepare::ViewGeometry;
 use super::projection::{Lens, Projection};
 use super::raster::Band;
@@ -34,6 +38,8 @@ pub struct LightMap {
     pub(crate) reach: f32,
     /// Texels the penumbra widens by for each meter to the blocker.
     pub(crate) spread: f32,
+    /// Light that transparent objects let pass, where they are not in `keys`.
+    pub(crate) glass: Option<GlassShadow>,
 }
 
 pub const COARSE: usize = 16;
@@ -73,7 +79,7 @@ impl LightMap {
         max_texels_per_m: f64,
         radius_rad: f64,
     ) -> Option<Self> {
-        let casters = (casters, TriangleFilter::All);
+        let casters = (casters, TriangleFilter::Opaque);
         Self::placed(
             scene_buffers,
             casters,
@@ -152,8 +158,10 @@ impl LightMap {
             fine: Vec::new(),
             reach,
             spread: widening as f32,
+            glass: None,
         };
         if radius_rad.is_some() {
+            map.glass = GlassShadow::new(scene_buffers, casters, &projection);
             map.coarse = map.dilated_blocks();
             map.fine = map.highest_in_blocks(FINE);
         }
@@ -325,6 +333,13 @@ impl LightMap {
             lit if lit as usize == 8 * few.len() => 1.0,
             lit => (lit + lit_among(more)) as f32 / (8 * TAP_GROUPS) as f32,
         }
+    }
+
+    /// Share of light that transparent objects let pass to the point, by color.
+    pub fn through_glass(&self, point_in_world: Vec3A, normal: Vec3A) -> Vec3 {
+        let Some(glass) = &self.glass else { return Vec3::ONE };
+        let (x, y, key) = self.texel_and_key(point_in_world + normal * (1.2 * self.texel_m));
+        glass.passing([x, y], key, key + 0.6 * self.texel_m, self.spread)
     }
 
     /// Keys at eight positions; outside the map they are those of the empty border.

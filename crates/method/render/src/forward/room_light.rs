@@ -5,8 +5,9 @@
 
 use glam::{Vec2, Vec3, Vec3A};
 
-use super::environment::MIN_SKY_COSINE;
+use super::environment::{Ambient, MIN_SKY_COSINE};
 use super::environment_map::{EnvironmentMap, FURNISHED_ROOM, Shares};
+use super::shade::Surface;
 use super::sky::{Sky, SkyShare};
 use crate::room::luminance;
 use crate::{Lighting, Room};
@@ -44,6 +45,10 @@ const EXPOSED_AS_IS: f32 = 0.2;
 const COMPENSATED: f32 = 0.25;
 /// Share of the tabletop's saturation that mirrors show: its own sheen, which is white, is part of what they mirror.
 const MIRRORED_SATURATION: f32 = 0.6;
+
+/// Strength by which the outline of glass bends light, and its roughness.
+pub const BEND: f32 = 1.1;
+pub const RIM_BLUR: f32 = 0.15;
 
 impl RoomLight {
     pub fn new(room: Room, lighting: &Lighting) -> Self {
@@ -107,6 +112,13 @@ impl RoomLight {
         let on_tabletop = self.share_on_tabletop(point, direction, roughness);
         let tabletop = self.mirrored_tabletop * (0.3 + 0.7 * seen.open);
         above + shares.w * bounce.lerp(tabletop, on_tabletop)
+    }
+
+    /// Light that the thick outline of glass shows: that from a direction beyond its axis, since a rod of glass is a
+    /// lens.
+    pub fn refracted(&self, s: &Surface, ambient: &Ambient) -> Vec3 {
+        let direction = (-s.toward_eye - BEND * s.normal).normalize_or(-s.normal);
+        self.mirrored(s.point, direction, RIM_BLUR, ambient.seen, ambient.bounce)
     }
 
     /// Light that a wall of that inward normal reflects where nothing is near.

@@ -4,10 +4,13 @@
 //! mirrored surroundings use Karis' fit of the split-sum table. Perspective-correct attributes come from intersecting
 //! the pixel's ray with the triangle itself, so clipping needs no special case.
 
+pub mod wear;
+
 use std::sync::Arc;
 
-use glam::{Mat3A, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A};
 
+use self::wear::SurfaceWear;
 use super::backdrop::{Backdrop, BackdropPlace, Ray};
 use super::environment::{Ambient, Environment};
 use super::floor_light::FloorLight;
@@ -19,6 +22,10 @@ use super::sky::SkyNearby;
 use super::surface_colors::SurfaceColors;
 use super::tone_curve::ToneCurve;
 use crate::{Background, RenderObject};
+use geometry::Pose;
+
+/// Share of the light at the outline of glass that comes through it from another direction.
+pub const RIM: f32 = 0.85;
 
 /// Light, background and materials of an image: what shading needs that depends on no view.
 pub struct Surroundings<'a> {
@@ -32,8 +39,9 @@ pub struct Shader<'a> {
     scene_buffers: &'a SceneBuffers<'a>,
     camera_points: &'a [Vec3],
     surroundings: &'a Surroundings<'a>,
-    world_from_camera: glam::Affine3A,
+    world_from_camera: Affine3A,
     world_from_object: Vec<Mat3A>,
+    object_from_world: Vec<Affine3A>,
     /// Of each triangle, unit, in the world, by its winding.
     facings: &'a [Vec3A],
 }
@@ -64,7 +72,7 @@ struct Hit {
 
 /// A point of a triangle seen through a pixel.
 pub struct Surface {
-    point: Vec3A,
+    pub point: Vec3A,
     /// Unit, smooth, turned toward the eye.
     pub normal: Vec3A,
     /// Unit, of the flat triangle, turned toward the eye.
@@ -75,6 +83,8 @@ pub struct Surface {
     pub uv_density: f32,
     /// Number of its material among those of all objects.
     pub material: usize,
+    /// Index of its object.
+    object: usize,
 }
 
 /// Light that arrives at a surface point, as far as it does not depend on the surface's own color.
@@ -116,7 +126,7 @@ impl<'a> Shader<'a> {
         scene_buffers: &'a SceneBuffers<'a>,
         prepared: &'a ViewGeometry,
         surroundings: &'a Surroundings<'a>,
-        world_from_camera: glam::Affine3A,
+        world_from_camera: Affine3A,
     ) -> Self {
         let turn = |object: &RenderObject| Mat3A::from_quat(object.world_from_object.rotation.as_quat());
         Self {
@@ -125,6 +135,7 @@ impl<'a> Shader<'a> {
             surroundings,
             world_from_camera,
             world_from_object: scene_buffers.objects.iter().map(turn).collect(),
+            object_from_world: scene_buffers.objects.iter().map(object_from_world).collect(),
             facings: scene_buffers.facings(),
         }
     }
@@ -199,6 +210,7 @@ impl<'a> Shader<'a> {
             uv: (0..3).fold(Vec2::ZERO, |sum, k| sum + hit.weights[k] * uvs[k]),
             uv_density: uv_area / area.max(1e-20),
             material: self.surroundings.colors.materials.number(hit.object, triangle.material as usize),
+            object: hit.object,
         }
     }
 
@@ -228,7 +240,7 @@ impl<'a> Shader<'a> {
         nearby: &mut SkyNearby,
     ) -> StillLight {
         let environment = &self.surroundings.environment;
-        let base = self.color_in(s, pixel_size_m, nearby, || 0.0);
+        let base = self.color_in(s, pixel_size_m, nearby, || Vec3::ZERO);
         let reaching = || environment.past_still(s.point, s.flat_normal, turn);
         let key = self.color_in(s, pixel_size_m, nearby, reaching) - base;
         StillLight { base, key, point: s.point, flat_normal: s.flat_normal, turn }
@@ -239,13 +251,30 @@ impl<'a> Shader<'a> {
         s: &Surface,
         pixel_size_m: f32,
         nearby: &mut SkyNearby,
-        reaching: impl Fn() -> f32,
+        reaching: impl Fn() -> Vec3,
     ) -> Vec3 {
         let Surroundings { environment, colors, .. } = self.surroundings;
         let ambient = nearby.at(environment, (s.point, s.flat_normal, s.normal), pixel_size_m);
-        let incidence = self.incidence(s, &ambient, reaching);
-        let (diffuse, specular) = incidence.reflected(colors.material(s), colors.albedo(s, pixel_size_m));
+        let wear = self.wear(s, pixel_size_m);
+        let incidence = self.incidence(s, &ambient, wear.roughness, reaching);
+        let material = colors.material(s);
+        let mut albedo = colors.albedo(s, pixel_size_m);
+        if material.texture.is_none() {
+            albedo *= wear.color;
+        }
+        let (diffuse, specular) = incidence.reflected(material, albedo);
         (diffuse + specular) * environment.lighting.exposure
+    }
+
+    /// Unevenness of a surface point. Images outside of rooms, which are compared with others, have none.
+    fn wear(&self, s: &Surface, pixel_size_m: f32) -> SurfaceWear {
+        match self.surroundings.environment.room {
+            Some(_) => {
+                let in_object = self.object_from_world[s.object].transform_point3a(s.point);
+                SurfaceWear::at(in_object, pixel_size_m, s.material as u32)
+            }
+            None => SurfaceWear::NONE,
+        }
     }
 
     /// The light of [`Self::color`] for each of several sets of colors, which differ in base colors and textures only.
@@ -258,11 +287,18 @@ impl<'a> Shader<'a> {
     ) -> [Vec3; SETS] {
         let environment = &self.surroundings.environment;
         let ambient = environment.ambient(s.point, s.flat_normal, s.normal);
-        let incidence =
-            self.incidence(s, &ambient, || environment.key_visibility(s.point, s.flat_normal, turn));
+        let wear = self.wear(s, pixel_size_m);
+        let incidence = self.incidence(s, &ambient, wear.roughness, || {
+            environment.key_visibility(s.point, s.flat_normal, turn)
+        });
         let mut light = [Vec3::ZERO; SETS];
         for (light, colors) in light.iter_mut().zip(sets) {
-            let (diffuse, specular) = incidence.reflected(colors.material(s), colors.albedo(s, pixel_size_m));
+            let material = colors.material(s);
+            let mut albedo = colors.albedo(s, pixel_size_m);
+            if material.texture.is_none() {
+                albedo *= wear.color;
+            }
+            let (diffuse, specular) = incidence.reflected(material, albedo);
             *light = (diffuse + specular) * environment.lighting.exposure;
         }
         light
@@ -285,29 +321,39 @@ impl<'a> Shader<'a> {
         let environment = &self.surroundings.environment;
         let ambient = environment.ambient(s.point, s.flat_normal, s.normal);
         let reaching = || environment.key_visibility(s.point, s.flat_normal, turn);
-        let incidence = self.incidence(s, &ambient, reaching);
+        let incidence = self.incidence(s, &ambient, 1.0, reaching);
         let facing = s.normal.dot(s.toward_eye).clamp(0.0, 1.0);
         let grazing = (1.0 - facing).powi(3);
+        let rim = environment.room.as_ref().map(|room| room.refracted(s, &ambient));
         let mut blended = [(Vec3::ZERO, Vec3::ZERO); SETS];
         for ((added, passed), colors) in blended.iter_mut().zip(sets) {
             let (material, albedo) = (colors.material(s), colors.albedo(s, pixel_size_m));
             let (diffuse, specular) = incidence.reflected(material, albedo);
             let opacity = material.opacity;
             let tint = Vec3::ONE.lerp(albedo, 0.35 + 0.3 * opacity);
-            // Clean glass in a room is seen by what it mirrors and by its darker outline.
-            let (solid, matte) = match environment.room {
-                Some(_) => (opacity * (0.3 + 0.7 * opacity) + (1.0 - opacity) * 0.45 * grazing, 0.4),
-                None => (opacity + (1.0 - opacity) * 0.35 * grazing, 0.8),
+            let light = match rim {
+                // Clean glass is seen by what it mirrors, and by its outline, where it shows another part of the room.
+                Some(rim) => {
+                    let solid = opacity * opacity * (0.2 + 0.8 * opacity);
+                    let bent = RIM * grazing * (1.0 - opacity);
+                    *passed = tint * ((1.0 - solid) * (1.0 - bent));
+                    diffuse * solid * 0.5 + specular + rim * tint * tint * bent
+                }
+                None => {
+                    let solid = opacity + (1.0 - opacity) * 0.35 * grazing;
+                    *passed = tint * (1.0 - solid);
+                    diffuse * solid * 0.8 + specular
+                }
             };
-            *added = (diffuse * solid * matte + specular) * environment.lighting.exposure;
-            *passed = tint * (1.0 - solid);
+            *added = light * environment.lighting.exposure;
         }
         blended
     }
 
-    fn incidence(&self, s: &Surface, ambient: &Ambient, reaching: impl Fn() -> f32) -> Incidence {
+    /// `wear` is a factor on the roughness.
+    fn incidence(&self, s: &Surface, ambient: &Ambient, wear: f32, reaching: impl Fn() -> Vec3) -> Incidence {
         let Surroundings { environment, colors, .. } = self.surroundings;
-        let roughness = colors.material(s).roughness;
+        let roughness = (colors.material(s).roughness * wear).min(1.0);
         let lighting = &environment.lighting;
         let (n, v, l) = (s.normal, s.toward_eye, environment.toward_key);
         let nv = n.dot(v).clamp(0.02, 1.0);
@@ -317,7 +363,7 @@ impl<'a> Shader<'a> {
         let mut key = None;
         if nl > 0.0 {
             let reaching = reaching();
-            if reaching > 0.0 {
+            if reaching != Vec3::ZERO {
                 let h = (l + v).normalize_or_zero();
                 // A light of finite size blurs the highlight (Karis 2013).
                 let alpha = (roughness * roughness + 0.4 * lighting.key_radius_rad as f32).min(1.0);
@@ -329,7 +375,7 @@ impl<'a> Shader<'a> {
                 // GGX.
                 let shine = 0.5 * a2 / (d * d * smith.max(1e-4));
                 key = Some(KeyIncidence {
-                    light: lighting.key_color * (nl * reaching),
+                    light: lighting.key_color * nl * reaching,
                     grazing: (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5),
                     shine: shine.min(12.0),
                 });
@@ -372,9 +418,10 @@ impl<'a> Shader<'a> {
     pub fn backdrop(&self, fraction: f32, lens: &Lens, x: f32, y: f32, turn: f32) -> Vec3 {
         let Surroundings { environment, backdrop, .. } = self.surroundings;
         let place = self.backdrop_place(fraction, lens, x, y);
-        let reaching =
-            place.receiver.as_ref().map_or(0.0, |at| environment.key_visibility(at.point, at.normal, turn));
-        backdrop.light(&place, reaching)
+        match &place.receiver {
+            Some(at) => backdrop.tinted_light(&place, environment.key_visibility(at.point, at.normal, turn)),
+            None => backdrop.light(&place, 0.0),
+        }
     }
 
     /// The light of [`Self::backdrop`], open for shadows of what moves.
@@ -386,7 +433,7 @@ impl<'a> Shader<'a> {
             return StillLight { base, key: Vec3::ZERO, point: Vec3A::ZERO, flat_normal: Vec3A::Z, turn };
         };
         let reaching = environment.past_still(at.point, at.normal, turn);
-        let key = backdrop.light(&place, reaching) - base;
+        let key = backdrop.tinted_light(&place, reaching) - base;
         StillLight { base, key, point: at.point, flat_normal: at.normal, turn }
     }
 
@@ -420,6 +467,12 @@ impl Incidence {
         specular += self.mirrored * (f0 * scale + Vec3::splat(offset)) * self.occlusion;
         (diffuse, specular)
     }
+}
+
+/// Frame of an object from that of the world.
+pub fn object_from_world(object: &RenderObject) -> Affine3A {
+    let Pose { rotation, translation_m } = object.world_from_object.inverse();
+    Affine3A::from_rotation_translation(rotation.as_quat(), translation_m.as_vec3())
 }
 
 /// Share of the surroundings a surface mirrors, as a factor on its reflectance at normal incidence and an addend

@@ -27,7 +27,7 @@ fn shown(
     var lit_point: vec3<f32>;
     var lit_normal = vec3(0.0, 0.0, 1.0);
     var nl = 0.0;
-    var reaching = 0.0;
+    var reaching = vec3(0.0);
     if index == NOTHING {
         place = backdrop_place(p, p.y / f32(job.height_px * SAMPLES));
         lit_point = place.point;
@@ -40,20 +40,30 @@ fn shown(
         nl = key_cosine(s);
     }
     if receives || nl > 0.0 {
-        reaching = key_visibility(lit_point, lit_normal, turn);
+        reaching = vec3(key_visibility(lit_point, lit_normal, turn));
+        if reaching.x > 0.0 {
+            reaching *= through_glass(lit_point, lit_normal);
+        }
     }
     if index == NOTHING {
         return Shaded(backdrop_light(place, reaching), vec3(0.0));
     }
-    let material = material_at(s.material);
-    let albedo = albedo_of(s, material, seen_px_m);
+    var material = material_at(s.material);
+    var albedo = albedo_of(s, material, seen_px_m);
+    if !layered {
+        let wear = wear_at(s, seen_px_m);
+        material.roughness = min(material.roughness * wear.y, 1.0);
+        if material.texture == 0u {
+            albedo *= wear.x;
+        }
+    }
     var neighborhood = *nearby;
     // Light on glass is not carried over.
     neighborhood.known = neighborhood.known && !layered;
     let around = ambient_nearby(&neighborhood, s.point, s.flat_normal, s.normal, seen_px_m);
     let light = reflected(s, material, albedo, nl, reaching, around);
     if layered {
-        return glass(s, material, albedo, light);
+        return glass(s, material, albedo, light, around);
     }
     *nearby = neighborhood;
     return Shaded((light.diffuse + light.specular) * job.exposure, vec3(0.0));

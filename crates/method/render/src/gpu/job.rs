@@ -87,6 +87,7 @@ impl Job<'_> {
         words.push([width, height, coarse_width, coarse_height].map(|n| n as u32));
         let layout = self.light.map(|(_, layout)| layout).unwrap_or_default();
         words.push([layout.coarse_at, layout.fine_at, layout.floor_at, u32::from(has_room), layout.room_at]);
+        words.push([layout.glass_at]);
         words.fill_quadruple();
         words
     }

@@ -56,6 +56,8 @@ struct Job {
     floor_at: u32,
     has_room: u32,
     room_at: u32,
+    // 0: there is no glass.
+    glass_at: u32,
 }
 
 const NOTHING = 0xffffffffu;

@@ -7,9 +7,12 @@ use wgpu::{
 };
 
 use super::job::{Job, Phase, Strip};
+use crate::forward::backdrop::sunspot;
+use crate::forward::light_map::glass;
 use crate::forward::projection::NEAR_M;
 use crate::forward::scene_buffers::TriangleFilter;
-use crate::forward::{environment, environment_map, light_map, room_light, sky};
+use crate::forward::shade::wear;
+use crate::forward::{environment, environment_map, light_map, room_light, shade, sky};
 use gpu::Gpu;
 use gpu::transfer::sized;
 
@@ -134,6 +137,8 @@ fn constants(samples: usize) -> String {
         ("SEARCH_GROUPS", light_map::SEARCH_GROUPS),
         ("TURNS", light_map::TURNS),
         ("DIFFUSE_MAP", environment_map::DIFFUSE),
+        ("GLASS_LEVELS", glass::LEVELS),
+        ("GLASS_NEAR_LEVEL", glass::NEAR_LEVEL),
     ];
     let real = [
         ("NEAR_M", NEAR_M),
@@ -141,8 +146,16 @@ fn constants(samples: usize) -> String {
         ("BORDER", light_map::BORDER),
         ("FEW_BLOCKS", light_map::FEW_BLOCKS),
         ("NARROW", light_map::NARROW),
+        ("GLASS_WIDER", glass::WIDER),
         ("MIN_SKY_COSINE", environment::MIN_SKY_COSINE),
         ("WALL_SHARE", room_light::WALL_SHARE),
+        ("SUN_PAST_BARS_LESS", 1.0 - sunspot::PAST_BARS),
+        ("SUN_PAST_CURTAIN_LESS", 1.0 - sunspot::PAST_CURTAIN),
+        ("SUN_PAST_SLATS_LESS", 1.0 - sunspot::PAST_SLATS),
+        ("BEND", room_light::BEND),
+        ("RIM_BLUR", room_light::RIM_BLUR),
+        ("RIM", shade::RIM),
+        ("WEAR_FINE_M", wear::FINE_M),
         ("ROUGHNESS_STEPS", environment_map::ROUGHNESS_STEPS),
         ("SKY_SAME_DIRECTION", sky::SAME_DIRECTION),
         ("SKY_NEAR_PX", sky::NEAR_PX),

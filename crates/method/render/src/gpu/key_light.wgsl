@@ -1,6 +1,6 @@
 // Soft shadows of the key light, light_map.rs's: percentage-closer, with coarse blocks that answer most points.
 
-// The map's keys, its dilated coarse blocks, its fine blocks; then the floor's nodes.
+// The map's keys, its dilated coarse blocks, its fine blocks, what glass lets pass; then the floor's nodes.
 @group(0) @binding(3) var<storage, read> light: array<u32>;
 
 const DISK_WORDS = 16u * (1u + TAP_GROUPS);
@@ -120,4 +120,90 @@ fn key_visibility(point: vec3<f32>, normal: vec3<f32>, turn: f32) -> f32 {
         lit += select(0u, 1u, map_key(p + width * disk_point(wide, k)) <= lit_up_to);
     }
     return f32(lit) / f32(2u * few);
+}
+
+// A resolution of what glass lets pass, light_map/glass.rs's.
+struct GlassLevel {
+    at: u32,
+    width: u32,
+    height: u32,
+    scale: f32,
+}
+
+fn glass_level(number: u32) -> GlassLevel {
+    let at = job.glass_at + 3u + 3u * number;
+    return GlassLevel(light[at], light[at + 1u], light[at + 2u], 1.0 / f32(1u << number));
+}
+
+// Share of light that passes, by color; and the nearest key.
+fn glass_texel(level: GlassLevel, p: vec2<i32>) -> vec4<f32> {
+    if any(p < vec2(0)) || u32(p.x) >= level.width || u32(p.y) >= level.height {
+        return vec4(1.0, 1.0, 1.0, LOWEST_F32);
+    }
+    let at = level.at + 4u * (u32(p.y) * level.width + u32(p.x));
+    return vec4(light_f32(at), light_f32(at + 1u), light_f32(at + 2u), light_f32(at + 3u));
+}
+
+// What passes about a position of the finest level; and the mean key of what is in the way there, if anything is.
+fn glass_about(number: u32, p: vec2<f32>, lit_up_to: f32, highest: f32) -> vec4<f32> {
+    let level = glass_level(number);
+    let at = p * level.scale - 0.5;
+    let low = vec2<i32>(floor(at));
+    let t = at - vec2<f32>(low);
+    var passing = vec3(0.0);
+    var keys = 0.0;
+    var weights = 0.0;
+    for (var k = 0; k < 4; k++) {
+        let corner = vec2(k & 1, k >> 1u);
+        let weight = select(1.0 - t.x, t.x, corner.x == 1) * select(1.0 - t.y, t.y, corner.y == 1);
+        let texel = glass_texel(level, low + corner);
+        if texel.w > lit_up_to {
+            passing += weight * texel.xyz;
+            keys += weight * texel.w;
+            weights += weight;
+        } else {
+            passing += vec3(weight);
+        }
+    }
+    if weights > 1e-3 {
+        return vec4(passing, keys / weights);
+    }
+    return vec4(passing, highest);
+}
+
+fn glass_blur(above: f32, key: f32) -> f32 {
+    let radius = max((above - key) * job.spread / GLASS_WIDER, 1.0);
+    return min(log2(radius), f32(GLASS_LEVELS - 1u));
+}
+
+// Share of the key light that transparent objects let pass to the point, by color.
+fn through_glass(point: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    if job.glass_at == 0u {
+        return vec3(1.0);
+    }
+    let in_light = moved(job.light_from_world, point + normal * (1.2 * job.texel_m));
+    let p = (in_light.xy * job.texels_per_m + BORDER) / GLASS_WIDER;
+    let key = -in_light.z;
+    let lit_up_to = key + 0.6 * job.texel_m;
+    let coarse = vec2(light[job.glass_at + 1u], light[job.glass_at + 2u]);
+    let block = min(vec2<u32>(max(p, vec2(0.0))) >> vec2(GLASS_NEAR_LEVEL), coarse - 1u);
+    let highest = light_f32(light[job.glass_at] + block.y * coarse.x + block.x);
+    if highest <= lit_up_to {
+        return vec3(1.0);
+    }
+    // The highest glass of the neighborhood need not be what is in the way: sought first, then the two levels.
+    var blur = glass_blur(highest, key);
+    var passing = vec3(0.0);
+    for (var k = 0u; k < 3u; k++) {
+        let number = min(u32(blur) + select(0u, 1u, k == 2u), GLASS_LEVELS - 1u);
+        let found = glass_about(number, p, lit_up_to, highest);
+        if k == 0u {
+            blur = glass_blur(found.w, key);
+        } else if k == 1u {
+            passing = found.xyz;
+        } else {
+            passing = mix(passing, found.xyz, blur - floor(blur));
+        }
+    }
+    return passing;
 }

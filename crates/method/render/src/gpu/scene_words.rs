@@ -9,6 +9,7 @@ use glam::Mat3A;
 use super::words::Words;
 use crate::forward::light_map;
 use crate::forward::scene_buffers::{SceneBuffers, TriangleFilter};
+use crate::forward::shade::object_from_world;
 use crate::forward::shading_materials::ShadingMaterials;
 use crate::forward::sky::Sky;
 use imaging::srgb::LINEAR_OF_SRGB;
@@ -76,6 +77,7 @@ pub fn scene_words(
             words.push_vector(material.base_color, material.roughness);
             words.push_floats([material.metalness, material.opacity]);
             words.push([material.texture.map_or(0, |texture| textures[texture]), object.id]);
+            words.push_rows(object_from_world(object));
         }
     }
     layout.disks_at = words.count();

@@ -86,6 +86,21 @@ fn fifth(x: f32) -> f32 {
     return x * x * x * x * x;
 }
 
+// Factors on color and roughness of a surface point in a room, shade/wear.rs's.
+fn wear_at(s: Surface, pixel_size_m: f32) -> vec2<f32> {
+    if job.has_room == 0u {
+        return vec2(1.0);
+    }
+    let p = moved(scene_rows(job.materials_at + s.material * MATERIAL_WORDS + 8u), s.point);
+    let along = vec2(p.x + 0.62 * p.z, p.y + 0.37 * p.z);
+    let across = vec2(p.x - 0.47 * p.z, p.y + 0.71 * p.z);
+    let clouds = value_noise(28.0 * along, s.material) - 0.5;
+    let smudges = value_noise(75.0 * across, s.material ^ 0x51u) - 0.5;
+    let kept = clamp(WEAR_FINE_M / (pixel_size_m + 1e-6) - 0.5, 0.0, 1.0);
+    let fine = kept * (value_noise(along / WEAR_FINE_M, s.material ^ 0xa2u) - 0.5);
+    return vec2(1.0 + 0.05 * clouds + 0.03 * fine, 1.0 + 0.12 * clouds + 0.18 * smudges + 0.1 * fine);
+}
+
 // Share of the surroundings a surface mirrors (Karis 2014).
 fn mirror_share(f0: vec3<f32>, roughness: f32, nv: f32) -> vec3<f32> {
     let r = vec4(
@@ -104,7 +119,7 @@ fn key_cosine(s: Surface) -> f32 {
 }
 
 // `nl` is the cosine to the key light, `reaching` the share of it that reaches the point.
-fn reflected(s: Surface, material: Material, albedo: vec3<f32>, nl: f32, reaching: f32, around: Ambient) -> Reflected {
+fn reflected(s: Surface, material: Material, albedo: vec3<f32>, nl: f32, reaching: vec3<f32>, around: Ambient) -> Reflected {
     let n = s.normal;
     let v = s.toward_eye;
     let l = job.toward_key;
@@ -112,8 +127,8 @@ fn reflected(s: Surface, material: Material, albedo: vec3<f32>, nl: f32, reachin
     let f0 = mix(vec3(0.04), albedo, material.metalness);
     let matte = albedo * (1.0 - material.metalness);
     var light = Reflected(vec3(0.0), vec3(0.0));
-    if nl > 0.0 && reaching > 0.0 {
-        let key = job.key_color * (nl * reaching);
+    if nl > 0.0 && any(reaching > vec3(0.0)) {
+        let key = job.key_color * nl * reaching;
         let h = unit_or(l + v, vec3(0.0));
         // A light of finite size blurs the highlight (Karis 2013).
         let alpha = min(material.roughness * material.roughness + 0.4 * job.key_radius_rad, 1.0);
@@ -147,16 +162,20 @@ fn reflected(s: Surface, material: Material, albedo: vec3<f32>, nl: f32, reachin
 }
 
 // A transparent surface: the light it adds, and the factor on the light from behind.
-fn glass(s: Surface, material: Material, albedo: vec3<f32>, light: Reflected) -> Shaded {
+fn glass(s: Surface, material: Material, albedo: vec3<f32>, light: Reflected, around: Ambient) -> Shaded {
     let facing = 1.0 - clamp(dot(s.normal, s.toward_eye), 0.0, 1.0);
     let grazing = facing * facing * facing;
     let opacity = material.opacity;
     let tint = mix(vec3(1.0), albedo, 0.35 + 0.3 * opacity);
-    var solid = opacity + (1.0 - opacity) * 0.35 * grazing;
-    var matte = 0.8;
-    if job.has_room != 0u {
-        solid = opacity * (0.3 + 0.7 * opacity) + (1.0 - opacity) * 0.45 * grazing;
-        matte = 0.4;
+    if job.has_room == 0u {
+        let solid = opacity + (1.0 - opacity) * 0.35 * grazing;
+        return Shaded((light.diffuse * solid * 0.8 + light.specular) * job.exposure, tint * (1.0 - solid));
     }
-    return Shaded((light.diffuse * solid * matte + light.specular) * job.exposure, tint * (1.0 - solid));
+    // Clean glass is seen by what it mirrors, and by its outline, where it shows another part of the room.
+    let solid = opacity * opacity * (0.2 + 0.8 * opacity);
+    let bending = RIM * grazing * (1.0 - opacity);
+    let beyond = unit_or(-s.toward_eye - BEND * s.normal, -s.normal);
+    let rim = room_mirrored(s.point, beyond, RIM_BLUR, around.seen, around.bounce);
+    let added = light.diffuse * solid * 0.5 + light.specular + rim * tint * tint * bending;
+    return Shaded(added * job.exposure, tint * ((1.0 - solid) * (1.0 - bending)));
 }
