@@ -93,7 +93,7 @@ train: lab
 	"$(TRAINING)/venv/bin/python" training/train.py --images "$(TRAINING)/images" --out "$(TRAINING)/network"
 
 # BARS names those to run, BARS_OPTIONS are options of theirs: make bars BARS=words BARS_OPTIONS="--scenes 60"
-BARS ?= sentences certified generate_time determinism kill certify_time picture_time remote_kill remote_fanout words reliability contract overload tenants editing variants batches robot grasps episodes policy recordings rest categories sizes
+BARS ?= sentences certified generate_time determinism kill certify_time picture_time remote_kill remote_fanout words reliability contract overload tenants editing variants batches robot grasps episodes policy recordings rest categories sizes image_quality clutter
 bars: lab
 	@python="$$(scripts/prerequisites.sh bars)" && for bar in $(BARS); do \
 	    "$$python" -m tabletopgen_checks.bars.$$bar --target-dir "$(TARGET_DIR)" $(BARS_OPTIONS) || exit 1; done

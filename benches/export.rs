@@ -111,6 +111,7 @@ fn finished(scene: &Breakfast, bodies: &[Body]) -> Scene {
         text: None,
         light: None,
         edit: None,
+        clutter: None,
     }
 }
 
@@ -165,6 +166,7 @@ fn certificate(scene: &Breakfast) -> Certificate {
         resolve: ResolveFinding { rounds: 1, log: Vec::new(), gave_way: Vec::new() },
         appraisal: None,
         robot: None,
+        clutter: None,
         made_with: MadeWith { version: "0".into(), adapters: Vec::new(), settings: serde_json::Value::Null },
     }
 }

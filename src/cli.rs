@@ -22,6 +22,7 @@ pub mod episodes;
 pub mod regenerate_episode;
 pub mod judge;
 pub mod diff;
+pub mod render;
 pub mod batch;
 pub mod parse;
 pub mod progress;
@@ -114,6 +115,11 @@ enum Command {
     /// Show what differs between the scenes of two bundles.
     #[command(after_help = "Example: tabletopgen diff out/desk out/desk2")]
     Diff(diff::Arguments),
+    /// Render an image of a finished scene, fast, as its previews, or exactly by a path tracer.
+    #[command(
+        after_help = "Example: tabletopgen render --bundle out/desk --quality reference --samples 256 --out desk.png"
+    )]
+    Render(render::Arguments),
     /// Make many scenes from one file of requests or from a recipe, without a server.
     #[command(after_help = "Example: tabletopgen batch requests.jsonl --out out/requests")]
     Batch(batch::Arguments),
@@ -203,6 +209,7 @@ fn command(command: Command) -> Result<Exit, Failure> {
         Command::RegenerateEpisode(arguments) => regenerate_episode::run(arguments),
         Command::Judge(arguments) => judge::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
+        Command::Render(arguments) => render::run(arguments),
         Command::Batch(arguments) => batch::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
         Command::Dataset(arguments) => dataset::run(arguments),

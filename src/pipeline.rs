@@ -20,6 +20,7 @@ pub mod refine_camera;
 pub mod rotate;
 pub mod place;
 pub mod resolve;
+pub mod clutter;
 pub mod grasp;
 pub mod rehearse;
 mod robot_trial;
@@ -58,8 +59,8 @@ use store::artifacts::BuiltScene;
 pub type Context = StageContext<StageResources>;
 
 /// The stages in the order in which a scene passes through them. `refine_camera` runs only where a model judged the
-/// camera, `grasp` and `rehearse` only for a request that names a robot.
-pub const STAGES: [&str; 15] = [
+/// camera, `clutter` only for a request that asks for it, `grasp` and `rehearse` only for one that names a robot.
+pub const STAGES: [&str; 16] = [
     "reference",
     "recognize",
     "segment",
@@ -71,6 +72,7 @@ pub const STAGES: [&str; 15] = [
     "rotate",
     "place",
     "resolve",
+    "clutter",
     "grasp",
     "rehearse",
     "certify",
@@ -281,9 +283,10 @@ async fn run_stages(
 
     let inputs = resolve::Inputs::new(&objects.recognition, &layout, &objects.settings);
     let resolved = stages.run(resolve::STAGE, inputs, resolve::run).await?;
+    let (resolved, heap) = clutter::after(&objects, &layout, resolved).await?;
 
     let gpu = stages.services().gpu_name().await;
-    let inputs = certify::Inputs::new(identity, &objects, &layout, &resolved, gpu)?;
+    let inputs = certify::Inputs::new(identity, &objects, &layout, &resolved, gpu)?.with_clutter(heap);
     let (request, composition) = (&objects.request, inputs.composition());
     let robot = robot_trial::tried(stages, request, composition, &objects.settings).await?;
     let certified = stages.run(certify::STAGE, inputs.with_robot(robot), certify::run).await?;

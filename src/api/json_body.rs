@@ -109,6 +109,8 @@ mod tests {
             "/options/max_objects",
             "/options/budget_usd",
             "/options/robot",
+            "/options/clutter",
+            "/options/clutter/density",
             "/options/set",
             "/options/set/k",
             "/unknown",

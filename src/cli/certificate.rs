@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::scene_summary::Outcome;
 use super::text_account;
 use certificate::{Certificate, ObjectCertificate, RobotFinding};
+use scene::clutter::ClutterFinding;
 use scene::text_account::TextAccount;
 
 /// Verdict, metrics and objects of a finished scene, and where it lies.
@@ -34,6 +35,9 @@ pub fn table(outcome: &Outcome, total_ms: u128) -> String {
     if let Some(certificate) = &outcome.certificate {
         let _ = writeln!(text, "  {}", certificate.summary);
         objects(&mut text, certificate);
+        if let Some(finding) = &certificate.clutter {
+            text.push_str(&clutter(finding));
+        }
         if let Some(finding) = &certificate.robot {
             text.push_str(&robot(finding));
         }
@@ -89,6 +93,18 @@ fn objects(text: &mut String, certificate: &Certificate) {
         );
         let _ = writeln!(text, "{}", line.trim_end());
     }
+}
+
+/// Clutter of the scene in a line.
+fn clutter(finding: &ClutterFinding) -> String {
+    let (covered, hidden) = (100.0 * finding.covered_share, 100.0 * finding.hidden_share);
+    format!(
+        "  clutter: {covered:.0} % of the heap's area is covered, {} of {} objects touch others ({:.1} each), {hidden:.0} \
+         % are hidden by a quarter or more\n",
+        finding.touching,
+        finding.objects.len(),
+        finding.mean_contacts
+    )
 }
 
 /// Abilities of a robot in the scene: a line with the counts, and one for each task.

@@ -7,12 +7,13 @@ use clap::{ArgGroup, Args};
 pub use super::local_job::adapt;
 use super::local_job::{JobConfig, JobOptions};
 use super::options::TextOptions;
-use super::{Exit, Failure, certificate, input_file, scene_summary, terminal};
+use super::{Exit, Failure, certificate, input_file, number, scene_summary, terminal};
 use crate::app::App;
 use crate::app::config::Config;
 use crate::app::submission::SceneOrder;
 use crate::app::terms::Terms;
 use crate::problem::Problem;
+use scene::clutter::Clutter;
 use scene::request::RequestOptions;
 
 /// Arguments of `generate`.
@@ -27,6 +28,9 @@ pub struct Arguments {
     image: Option<PathBuf>,
     #[command(flatten)]
     reading: TextOptions,
+    /// Drop objects without a stated place onto each other: 0 spreads them over the table, 1 makes one heap
+    #[arg(long, value_name = "DENSITY", allow_negative_numbers = true, value_parser = number::share)]
+    clutter: Option<f64>,
     #[command(flatten)]
     job: JobOptions,
 }
@@ -43,6 +47,7 @@ fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
     let options = RequestOptions {
         set: own,
         robot: arguments.job.robot.clone(),
+        clutter: arguments.clutter.map(|density| Clutter { density }),
         ..arguments.reading.request_options()
     };
     let terms = Terms { seed: arguments.job.seed, options, ..Terms::default() };
@@ -111,6 +116,7 @@ fn refusal_message(problem: Problem, text: &str) -> String {
             "/text" => text.to_owned(),
             "/options/max_objects" => "--max-objects".to_owned(),
             "/options/robot" => "--robot".to_owned(),
+            "/options/clutter/density" => "--clutter".to_owned(),
             "" => "input".to_owned(),
             pointer => match pointer.strip_prefix("/options/set/") {
                 Some(key) => format!("--set {}", key.replace("~1", "/").replace("~0", "~")),

@@ -11,6 +11,8 @@ pub enum NumberError {
     NotWhole(RangeInclusive<u64>),
     #[error("give a number of US dollars, such as 12.5")]
     NotDollars,
+    #[error("give a number from 0 to 1, such as 0.6")]
+    NotShare,
 }
 
 /// Reads a whole number of a range.
@@ -40,6 +42,16 @@ pub fn seed(text: &str) -> Result<u64, NumberError> {
 pub fn us_dollars(text: &str) -> Result<f64, NumberError> {
     let amount = text.trim().parse::<f64>().ok().filter(|amount| amount.is_finite());
     amount.ok_or(NumberError::NotDollars)
+}
+
+/// Reads a share.
+///
+/// # Errors
+///
+/// [`NumberError::NotShare`] for anything but a number from 0 to 1.
+pub fn share(text: &str) -> Result<f64, NumberError> {
+    let share = text.trim().parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or(NumberError::NotShare)
 }
 
 fn in_words(range: &RangeInclusive<u64>) -> String {

@@ -3,6 +3,7 @@
 
 pub(super) mod plausibility;
 mod grasp;
+mod clutter;
 mod finished_demands;
 pub(super) mod upright_frame;
 mod measure;
@@ -19,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::checkpoint::{ArtifactRef, Stage};
+use super::clutter::Heap;
 use super::composition::{BodyParts, Composition};
 use super::error::StageError;
 use super::preview::PreviewSettings;
@@ -39,7 +41,7 @@ pub use plausibility::HealthSettings;
 pub(crate) use plausibility::uncovered_m;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 24 };
+pub const STAGE: Stage = Stage { name: "certify", version: 25 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -174,6 +176,7 @@ impl Inputs {
             account: objects.account.clone(),
             light: None,
             edit: None,
+            clutter: None,
         };
         let stated = reference.stated.clone();
         Ok(Self { stated, ..Self::of(identity, composition, ports, settings, gpu) })
@@ -214,6 +217,12 @@ impl Inputs {
     /// Returns the inputs with the abilities of a robot in the scene.
     pub fn with_robot(self, robot: Option<Arc<rehearse::Output>>) -> Self {
         Self { robot, ..self }
+    }
+
+    /// Returns the inputs with what was dropped.
+    pub fn with_clutter(mut self, heap: Option<Heap>) -> Self {
+        self.composition.clutter = heap;
+        self
     }
 
     /// Returns the inputs of an edit whose parent has this bundle.
@@ -312,6 +321,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
             let mut certificate =
                 measure::certificate(&given, &loaded, &measured, &images.likeness, appearance)?;
             certificate.appraisal = appraisal;
+            certificate.clutter = clutter::finding(&given, &loaded, &images.hidden)?;
             certificate.robot = given.robot.as_ref().map(|tried| tried.finding.clone());
             write::files(&given, &loaded, certificate, &images.images, packed_before.as_deref())
         })

@@ -9,6 +9,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::ArtifactRef;
+use super::clutter::Heap;
 use super::resolve::ResolvedBody;
 use super::{place, rotate};
 use catalog::category;
@@ -61,6 +62,9 @@ pub struct Composition {
     /// Result of the edit; `None` for a scene that was made from a text or an image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edit: Option<EditAccount>,
+    /// Dropped objects; `None` where none was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clutter: Option<Heap>,
 }
 
 /// One body with everything the stages found out about it.

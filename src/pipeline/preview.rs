@@ -1,5 +1,8 @@
 //! Images of the finished scene: hero, top, four sides, the view of the reference image, thumbnails.
 
+mod hidden;
+
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
@@ -10,10 +13,12 @@ use gpu::{Gpu, GpuError};
 use imaging::Image;
 use render::gpu::GpuSceneCache;
 use render::{
-    Background, GeometryFrame, Lighting, RenderObject, RenderSettings, Room, SceneCache, Tabletop, TopView,
-    View,
+    Background, GeometryFrame, Lighting, RenderObject, RenderScene, RenderSettings, Room, SceneCache,
+    Tabletop, TopView, View,
 };
 use scene::Light;
+
+pub use hidden::HiddenShares;
 
 /// Section `[preview]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -30,6 +35,30 @@ pub struct PreviewSettings {
 pub struct PreviewBody<'a> {
     pub mesh: &'a TexturedMesh,
     pub world_from_object: Pose,
+}
+
+/// Place from which a preview shows the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Viewpoint {
+    Hero,
+    Front,
+    Right,
+    Back,
+    Left,
+    Top,
+}
+
+impl Viewpoint {
+    /// Direction of the viewer: 0 = from the front edge, pi/2 = from +x.
+    fn azimuth_rad(self) -> f64 {
+        match self {
+            Self::Hero => HERO_AZIMUTH_RAD,
+            Self::Front | Self::Top => 0.0,
+            Self::Right => FRAC_PI_2,
+            Self::Back => PI,
+            Self::Left => -FRAC_PI_2,
+        }
+    }
 }
 
 /// Horizontal field of view of all previews but the reference view, radians (about 30 degrees).
@@ -65,13 +94,8 @@ impl<'a> Studio<'a> {
         bodies: &'a [PreviewBody<'a>],
         cached: impl FnOnce(Vec<RenderObject<'a>>) -> SceneCache<'a>,
     ) -> Self {
-        let objects = bodies
-            .iter()
-            .zip(1..)
-            .map(|(body, id)| RenderObject { mesh: body.mesh, world_from_object: body.world_from_object, id })
-            .collect();
         let (low_m, high_m) = bounds(bodies);
-        let scene_cache = Arc::new(cached(objects));
+        let scene_cache = Arc::new(cached(objects(bodies)));
         Self { bodies, scene_cache, on_gpu: None, lit_by: None, room: None, low_m, high_m }
     }
 
@@ -100,12 +124,37 @@ impl<'a> Studio<'a> {
         Ok(self)
     }
 
+    /// Objects, light and background of a preview, and its camera.
+    pub fn described(&self, viewpoint: Viewpoint, width_px: u32) -> (RenderScene<'a>, View) {
+        let azimuth_rad = viewpoint.azimuth_rad();
+        let (lighting, background) = match viewpoint {
+            Viewpoint::Top => self.light(azimuth_rad),
+            _ => self.surroundings(azimuth_rad),
+        };
+        let view = match viewpoint {
+            Viewpoint::Hero => View::Perspective(self.hero_camera(width_px)),
+            Viewpoint::Top => View::Orthographic(self.top_view(width_px)),
+            _ => View::Perspective(self.side_camera(azimuth_rad, width_px)),
+        };
+        (RenderScene { objects: objects(self.bodies), lighting, background }, view)
+    }
+
+    /// The preview from a place.
+    pub fn seen_from(&self, viewpoint: Viewpoint, width_px: u32) -> Result<Image, GpuError> {
+        let (RenderScene { lighting, background, .. }, view) = self.described(viewpoint, width_px);
+        self.render_in(lighting, background, &view)
+    }
+
     /// The key light stands to the left of a viewer at that azimuth.
-    fn render(&self, azimuth_rad: f64, view: &View) -> Result<Image, GpuError> {
-        let (lighting, background) = match &self.room {
+    fn surroundings(&self, azimuth_rad: f64) -> (Lighting, Background) {
+        match &self.room {
             Some(room) => self.daylight(azimuth_rad, room),
             None => self.light(azimuth_rad),
-        };
+        }
+    }
+
+    fn render(&self, azimuth_rad: f64, view: &View) -> Result<Image, GpuError> {
+        let (lighting, background) = self.surroundings(azimuth_rad);
         self.render_in(lighting, background, view)
     }
 
@@ -136,8 +185,7 @@ impl<'a> Studio<'a> {
 
     /// The objects on the table, three quarters from the front; the table where there is nothing else.
     pub fn hero(&self, settings: &PreviewSettings) -> Result<Image, GpuError> {
-        let camera = self.hero_camera(settings.hero_width_px);
-        self.render(HERO_AZIMUTH_RAD, &View::Perspective(camera))
+        self.seen_from(Viewpoint::Hero, settings.hero_width_px)
     }
 
     fn hero_camera(&self, width_px: u32) -> Camera {
@@ -155,36 +203,31 @@ impl<'a> Studio<'a> {
 
     /// One of the sides: azimuth 0 = from the front edge, pi/2 = from +x.
     pub fn side(&self, azimuth_rad: f64, settings: &PreviewSettings) -> Result<Image, GpuError> {
-        self.orbit(settings.side_width_px, settings.side_width_px * 3 / 4, azimuth_rad, 0.3)
+        let camera = self.side_camera(azimuth_rad, settings.side_width_px);
+        self.render(azimuth_rad, &View::Perspective(camera))
     }
 
-    /// Everything from an azimuth and elevation, filling the frame.
-    fn orbit(
-        &self,
-        width_px: u32,
-        height_px: u32,
-        azimuth_rad: f64,
-        elevation_rad: f64,
-    ) -> Result<Image, GpuError> {
+    /// The camera that fills its image with everything.
+    fn side_camera(&self, azimuth_rad: f64, width_px: u32) -> Camera {
         let (shown_m, boxed_m) = (strided_points(self.bodies), (self.low_m, self.high_m));
-        let camera = Self::framing(&shown_m, boxed_m, width_px, height_px, azimuth_rad, elevation_rad);
-        self.render(azimuth_rad, &View::Perspective(camera))
+        Self::framing(&shown_m, boxed_m, width_px, width_px * 3 / 4, azimuth_rad, 0.3)
     }
 
     /// Straight from above, orthographic, in the studio.
     pub fn top(&self, settings: &PreviewSettings) -> Result<Image, GpuError> {
+        self.seen_from(Viewpoint::Top, settings.side_width_px)
+    }
+
+    fn top_view(&self, width_px: u32) -> TopView {
         let size = 1.06 * (self.high_m - self.low_m).truncate();
-        let width_px = settings.side_width_px;
         let height_px = ((f64::from(width_px) * size.y / size.x).round() as u32).clamp(64, 4 * width_px);
-        let view = TopView {
+        TopView {
             width_px,
             height_px,
             meters_per_px: (size.x / f64::from(width_px)).max(size.y / f64::from(height_px)),
             center_m: 0.5 * (self.low_m + self.high_m).truncate(),
             eye_z_m: self.high_m.z + 0.1,
-        };
-        let (lighting, background) = self.light(0.0);
-        self.render_in(lighting, background, &View::Orthographic(view))
+        }
     }
 
     /// Depths and ids at each pixel of the reference image's camera, always by the CPU; ids count from 1 in the order
@@ -244,6 +287,16 @@ impl<'a> Studio<'a> {
         }
         camera(target, distance_m)
     }
+}
+
+/// The bodies as the renderer has them.
+fn objects<'a>(bodies: &[PreviewBody<'a>]) -> Vec<RenderObject<'a>> {
+    let object = |(body, id): (&PreviewBody<'a>, u32)| RenderObject {
+        mesh: body.mesh,
+        world_from_object: body.world_from_object,
+        id,
+    };
+    bodies.iter().zip(1..).map(object).collect()
 }
 
 /// Some 500 points of each body in the world.

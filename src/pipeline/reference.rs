@@ -98,10 +98,10 @@ impl Inputs {
     }
 }
 
-/// The request's options without `set`, which is in the resolved settings already, and without the robot, which comes
-/// when the scene is finished.
+/// The request's options without `set`, which is in the resolved settings already, and without the robot and the
+/// clutter, which come when the objects are placed.
 pub(super) fn options_for_key(request: &SceneRequest) -> RequestOptions {
-    RequestOptions { set: Default::default(), robot: None, ..request.options.clone() }
+    RequestOptions { set: Default::default(), robot: None, clutter: None, ..request.options.clone() }
 }
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {

@@ -6,3 +6,4 @@ mod features;
 mod edit;
 mod edited_text;
 mod robot;
+mod clutter;

@@ -22,10 +22,12 @@ class Generated:
 
 
 def generate(
-    binary: Path, out: Path, source, seed: int, threads=None, environment=None, data=None, seconds=600, artifacts=False
+    binary: Path, out: Path, source, seed: int, threads=None, environment=None, data=None, seconds=600, artifacts=False,
+    more=(),
 ) -> Generated:
     """Makes one scene from a sentence, or from the image at a `Path`, in an empty data directory, or in `data`;
     `printed` is what `--json` printed. With `artifacts` the bundle's folder also gets what every stage put aside.
+    `more` are further arguments.
 
     A scene that its own certificate quarantines is made all the same: `printed["verdict"]` says so.
     """
@@ -37,6 +39,7 @@ def generate(
     command += ["--threads", str(threads)] if threads else []
     command += ["--artifacts"] if artifacts else []
     command += ["--data-dir", str(data)] if data else []
+    command += more
     start = time.perf_counter()
     try:
         run = run_alone(command, seconds, dict(os.environ, **(environment or {})))

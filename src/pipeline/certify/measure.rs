@@ -197,6 +197,7 @@ pub(super) fn certificate(
         // Filled in later by the rating model.
         appraisal: None,
         robot: None,
+        clutter: None,
         made_with: inputs.identity.made_with.clone(),
     })
 }
@@ -327,10 +328,16 @@ fn supports(
     bodies: &[Body],
     cancel: &CancelFlag,
 ) -> Result<Vec<SupportFinding>, StageError> {
+    let everything: Vec<usize> = (0..placed.len()).collect();
     (1..placed.len())
         .into_par_iter()
         .map(|index| {
-            let carriers = carriers(&inputs.composition.supports, index);
+            let heap = inputs.composition.clutter.as_ref();
+            // What was dropped leans on whatever it touches, as contents of a container do.
+            let carriers = match heap.is_some_and(|heap| heap.has_dropped(&bodies[index].name)) {
+                true => everything.clone(),
+                false => carriers(&inputs.composition.supports, index),
+            };
             Ok(support(placed, bodies, index, &carriers, &inputs.certify, cancel)?)
         })
         .collect()
@@ -415,8 +422,12 @@ fn reasons(
     reasons
 }
 
-/// Whether the likeness is part of the verdict: not where the program itself rendered the reference image.
+/// Whether the likeness is part of the verdict: not where the program itself rendered the reference image, nor where
+/// objects were dropped on purpose.
 fn is_judged(inputs: &Inputs) -> bool {
+    if inputs.composition.clutter.is_some() {
+        return false;
+    }
     match inputs.identity.request.input {
         Input::Image { .. } => true,
         // Without the demands of the text a model generated the image, and the scene is made from it.

@@ -206,6 +206,7 @@ pub(in crate::pipeline) fn sound() -> Planted {
             account: None,
             light: None,
             edit: None,
+            clutter: None,
         },
         stated: None,
         certify: section("certify"),
@@ -309,6 +310,10 @@ fn a_rendering_of_the_program_is_no_measure_of_likeness() {
     let input = Input::Image { sha256: "0".into(), media_type: "image/png".into(), text: None };
     planted.inputs.identity.request.input = input;
     assert_eq!(planted.codes(), [ReasonCode::UnlikeImage]);
+    // Objects that were dropped are not where the image shows them.
+    planted.inputs.composition.clutter =
+        Some(Heap { density: 0.5, dropped: Vec::new(), set_down: Vec::new() });
+    assert!(planted.codes().is_empty());
 }
 
 /// Measured scenes of plain tables miss 9 % and invent 11 % at most; those of rooms miss up to 37 %.

@@ -12,7 +12,7 @@ use super::grasp::known_or_found;
 use crate::pipeline::composition::{BodyParts, StoredComposition};
 use crate::pipeline::error::StageError;
 use crate::pipeline::preview;
-use crate::pipeline::preview::{PreviewBody, Studio};
+use crate::pipeline::preview::{HiddenShares, PreviewBody, Studio};
 use crate::pipeline::rehearse::ObjectGrasps;
 use crate::pipeline::resolve::Loaded;
 use catalog::{made_of, wikidata_item};
@@ -38,6 +38,8 @@ pub(super) struct Rendered {
     /// Image of the agreement of `scene_view` with the reference image.
     pub agreement: Image,
     pub likeness: SceneSimilarity,
+    /// Of the bodies, where objects were dropped; empty for other scenes.
+    pub hidden: Vec<HiddenShares>,
 }
 
 /// Images that earlier stages drew, as PNG.
@@ -128,7 +130,8 @@ pub(super) fn render(
         beside_png,
         thumbnails,
     };
-    Ok(Rendered { images, scene_view: Arc::new(scene_view), top_view, agreement, likeness })
+    let hidden = if inputs.composition.clutter.is_some() { studio.hidden_shares() } else { Vec::new() };
+    Ok(Rendered { images, scene_view: Arc::new(scene_view), top_view, agreement, likeness, hidden })
 }
 
 /// Writes every format, reads it back and packs it; files that an earlier archive has are copied from there.
@@ -265,5 +268,6 @@ fn scene(inputs: &Inputs, loaded: &[Loaded], certificate: &Certificate) -> Resul
         text: inputs.composition.account.clone(),
         light: inputs.composition.light,
         edit: inputs.composition.edit.clone(),
+        clutter: certificate.clutter.clone(),
     })
 }

@@ -23,7 +23,7 @@ use runtime::seed::child_seed;
 use scene::edit::{EditAccount, OperationResult};
 use scene::{EditOperation, InstanceId, SupportRelation};
 
-pub const STAGE: Stage = Stage { name: "edit", version: 10 };
+pub const STAGE: Stage = Stage { name: "edit", version: 11 };
 
 /// Plan of a change of the parent.
 #[derive(Serialize)]

@@ -59,7 +59,7 @@ fn mistakes() -> tempfile::TempDir {
 #[test]
 fn what_is_no_bundle_is_named_by_every_command_that_reads_one() {
     let home = mistakes();
-    let commands: [&[&str]; 8] = [
+    let commands: [&[&str]; 9] = [
         &["edit", "--text", "tidy the table", "--out", "new", "--bundle"],
         &["variants", "--count", "1", "--out", "new", "--bundle"],
         &["tasks", "--bundle"],
@@ -67,6 +67,7 @@ fn what_is_no_bundle_is_named_by_every_command_that_reads_one() {
         &["episodes", "--task", "put the mug on the plate", "--count", "1", "--out", "new", "--bundle"],
         &["diff", "scene"],
         &["diff", "--json", "scene"],
+        &["render", "--out", "new.png", "--bundle"],
         &["dataset", "freeze", "--name", "k", "--out", "new", "--from"],
     ];
     for command in commands {

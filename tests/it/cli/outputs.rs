@@ -42,7 +42,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 /// Commands that write, with the option of their output last.
-const WRITERS: [(&[&str], Writes); 12] = [
+const WRITERS: [(&[&str], Writes); 13] = [
     (&["generate", "--text", "a mug", "--out"], Writes::Folder { can_be_forced: true }),
     (
         &["edit", "--bundle", "desk", "--text", "tidy the table", "--out"],
@@ -65,6 +65,7 @@ const WRITERS: [(&[&str], Writes); 12] = [
     (&["batch", "requests.jsonl", "--out"], Writes::Folder { can_be_forced: true }),
     (&["backup", "--data-dir", "data"], Writes::Folder { can_be_forced: false }),
     (&["diff", "desk", "other", "--image"], Writes::File),
+    (&["render", "--bundle", "desk", "--out"], Writes::File),
     (&["dataset", "stats", "frozen", "--html"], Writes::File),
     (&["catalog", "check", "own.toml", "--sheet"], Writes::File),
 ];

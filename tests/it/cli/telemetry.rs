@@ -315,7 +315,7 @@ fn trace_leads_from_request_to_call(collector: &Collector, scene_id: &str, job_i
     assert_eq!(attributes(job).get("state"), Some(&"succeeded"));
     let stages = named("stage");
     let worked: BTreeSet<String> = stages.iter().map(|span| attributes(span)["stage"].to_owned()).collect();
-    let of_some_requests = ["refine_camera", "grasp", "rehearse"];
+    let of_some_requests = ["refine_camera", "clutter", "grasp", "rehearse"];
     for stage in tabletopgen::pipeline::STAGES.iter().filter(|stage| !of_some_requests.contains(stage)) {
         assert!(worked.contains(*stage), "{stage} is not among {worked:?}");
     }

@@ -14,6 +14,7 @@ use geometry::decompose::HullFit;
 use geometry::json_numbers::Fraction;
 use geometry::repair::Repair;
 use scene::appraisal::Appraisal;
+use scene::clutter::ClutterFinding;
 use scene::{InstanceId, Metrics, ReconstructionMethod};
 
 /// All measurements of the stage `certify`. Rates are fractions.
@@ -47,6 +48,10 @@ pub struct Certificate {
     /// Abilities of a robot in the scene, if the request names one. The verdict does not depend on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<RobotFinding>,
+    /// Measurements of clutter, if the request asks for it. Its objects are where they fell, so the verdict does not
+    /// depend on the likeness to the image.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clutter: Option<ClutterFinding>,
     pub made_with: MadeWith,
 }
 
@@ -348,7 +353,8 @@ fn yes() -> bool {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fidelity {
     /// Whether the verdict depends on it: the request gives the image, or a model generated it. The program's own
-    /// rendering of a text or of an edited scene says nothing about what was asked for.
+    /// rendering of a text or of an edited scene says nothing about what was asked for, nor does an image about objects
+    /// that were dropped.
     #[serde(default = "yes")]
     pub is_judged: bool,
     /// Mean of the objects' silhouette IoUs, 0..1.

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::clutter::ClutterFinding;
 use super::{Instance, Light, SceneRequest, Support, Table};
 use crate::edit::EditAccount;
 use crate::request::MAX_SEED;
@@ -42,6 +43,9 @@ pub struct Scene {
     /// Result of the edit; absent for a scene that was made from a text or an image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edit: Option<EditAccount>,
+    /// Measurements of clutter; absent where no objects were dropped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clutter: Option<ClutterFinding>,
 }
 
 validated!(Scene);

@@ -35,6 +35,7 @@ pub mod stand_in;
 pub mod grasps;
 pub mod instance;
 pub mod support_tree;
+pub mod clutter;
 pub mod money;
 pub mod appraisal;
 pub mod finished;

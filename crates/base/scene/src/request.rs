@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::clutter::Clutter;
 use super::{MicroUsd, Randomize, TableSpec};
 use crate::edit::{self, EditOperation};
 use crate::validation::{Violation, Violations, validated};
@@ -39,7 +40,7 @@ validated!(SceneRequest);
 
 impl SceneRequest {
     /// The newest version that this program reads. Raised when a stored request has something new.
-    pub const VERSION: u32 = 3;
+    pub const VERSION: u32 = 4;
 
     /// A request in the oldest version that has its input and its options.
     pub fn new(input: Input, seed: u64, options: RequestOptions) -> Self {
@@ -101,6 +102,8 @@ impl RequestOptions {
         }
         let robot = self.robot.as_ref().is_none_or(|name| (1..=63).contains(&name.chars().count()));
         violations.require(robot, "/robot", "must have 1 to 63 characters");
+        let density = self.clutter.is_none_or(|clutter| (0.0..=1.0).contains(&clutter.density));
+        violations.require(density, "/clutter/density", "must be from 0 to 1");
         violations.require(self.set.len() <= 64, "/set", "has more than 64 entries");
         for (key, value) in self.set.iter().take(65) {
             let short = key.len() <= 100 && value.len() <= 1000;
@@ -111,7 +114,11 @@ impl RequestOptions {
 
     /// The first version of the stored format that has these options.
     fn version(&self) -> u32 {
-        if self.robot.is_some() { 3 } else { 1 }
+        match (&self.clutter, &self.robot) {
+            (Some(_), _) => 4,
+            (None, Some(_)) => 3,
+            (None, None) => 1,
+        }
     }
 
     /// Maximum total cost of remote calls: the request's budget, else the server's default in US dollars.
@@ -217,6 +224,9 @@ pub struct RequestOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1, max = 63))]
     pub robot: Option<String>,
+    /// Objects without a stated place are dropped onto each other, so that they lean, overlap and lie at random.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clutter: Option<Clutter>,
     /// Values of settings by name, in place of the server's.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     #[schemars(with = "SceneSettings")]

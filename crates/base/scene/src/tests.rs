@@ -32,6 +32,7 @@ fn request() -> Value {
             "max_objects": 8,
             "budget_usd": 1.5,
             "robot": "panda",
+            "clutter": { "density": 0.6 },
             "set": { "dro.seed": "1" },
         },
     })
@@ -54,6 +55,8 @@ fn scene_request_rejects_values_out_of_range() {
             ("/options/table/size_m/2", json!(9), "/options/table/size_m/2"),
             ("/options/table/model", json!(""), "/options/table/model"),
             ("/options/robot", json!(""), "/options/robot"),
+            ("/options/clutter/density", json!(-0.1), "/options/clutter/density"),
+            ("/options/clutter/density", json!(1.5), "/options/clutter/density"),
             ("/options/set", json!({ "a": "x".repeat(1001) }), "/options/set"),
         ],
     );
@@ -70,6 +73,13 @@ fn a_request_for_a_robot_has_a_newer_version() {
     assert_eq!((of(None).version, of(Some("panda")).version), (1, 3));
     let stored = serde_json::to_value(of(None)).expect("JSON");
     assert_eq!(stored["options"], json!({}));
+}
+
+#[test]
+fn a_request_for_clutter_has_a_newer_version() {
+    let options: RequestOptions =
+        serde_json::from_value(json!({ "clutter": { "density": 0.5 } })).expect("options");
+    assert_eq!(SceneRequest::new(Input::Text { text: "a mug".into() }, 7, options).version, 4);
 }
 
 fn recognized(id: &str, stands_on: Value) -> Value {

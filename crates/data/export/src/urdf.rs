@@ -178,12 +178,14 @@ fn assembly(bodies: &[Body], folder: &str) -> String {
 /// Position and roll, pitch, yaw about the fixed x, y, z axes in that order, radians.
 pub fn origin(pose: &Pose) -> (DVec3, DVec3) {
     let m = DMat3::from_quat(pose.rotation.normalize());
-    let sine = (-m.x_axis.z).clamp(-1.0, 1.0);
-    let rpy = if sine.abs() < 1.0 - 1e-10 {
-        DVec3::new(m.y_axis.z.atan2(m.z_axis.z), sine.asin(), m.x_axis.y.atan2(m.x_axis.x))
+    let cosine = m.x_axis.x.hypot(m.x_axis.y);
+    // The arc sine would lose half of the digits near 90 degrees.
+    let pitch_rad = (-m.x_axis.z).atan2(cosine);
+    let rpy = if cosine > 1e-8 {
+        DVec3::new(m.y_axis.z.atan2(m.z_axis.z), pitch_rad, m.x_axis.y.atan2(m.x_axis.x))
     } else {
         // Gimbal lock at pitch +-90 degrees: only the difference of roll and yaw is determined.
-        DVec3::new(0.0, sine.asin(), (-m.y_axis.x).atan2(m.y_axis.y))
+        DVec3::new(0.0, pitch_rad, (-m.y_axis.x).atan2(m.y_axis.y))
     };
     (pose.translation_m, rpy)
 }
@@ -201,6 +203,25 @@ mod tests {
             let (_, rpy) = origin(&Pose { translation_m: DVec3::ZERO, rotation });
             let back = DQuat::from_rotation_z(rpy.z) * DQuat::from_rotation_y(rpy.y) * DQuat::from_rotation_x(rpy.x);
             prop_assert!(back.angle_between(rotation) < 1e-6);
+        }
+    }
+
+    /// Regression: a bottle that lay on its side was read back turned by 20 microradians.
+    #[test]
+    fn roll_pitch_yaw_are_exact_near_gimbal_lock() {
+        for off_rad in [0.0, 1e-12, 1e-9, 1e-8, 1e-7, 1e-5, 1e-3] {
+            let pitch_rad = std::f64::consts::FRAC_PI_2 - off_rad;
+            for (yaw_rad, roll_rad) in [(0.4, 0.0), (-1.2, 0.7), (2.9, -2.0)] {
+                let rotation = DQuat::from_rotation_z(yaw_rad)
+                    * DQuat::from_rotation_y(pitch_rad)
+                    * DQuat::from_rotation_x(roll_rad);
+                let (_, rpy) = origin(&Pose { translation_m: DVec3::ZERO, rotation });
+                let back = DQuat::from_rotation_z(rpy.z)
+                    * DQuat::from_rotation_y(rpy.y)
+                    * DQuat::from_rotation_x(rpy.x);
+                let turned_rad = 2.0 * (back.conjugate() * rotation).xyz().length();
+                assert!(turned_rad < 1e-7, "{off_rad} {yaw_rad} {roll_rad}: {turned_rad}");
+            }
         }
     }
 

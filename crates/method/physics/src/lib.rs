@@ -21,10 +21,12 @@ pub mod settle;
 pub mod metrics;
 pub mod support;
 pub mod resolve;
+pub mod clutter;
 #[cfg(test)]
 mod test_bodies;
 
 pub use body::Body;
+pub use clutter::{ClutterError, ClutterProblem, ClutterSettings, DropRole, DroppedLayout, drop_clutter};
 pub use metrics::{CertifySettings, Collisions, Stability, collisions, stability};
 pub use resolve::{ResolveError, ResolveProblem, ResolveSettings, ResolvedLayout, resolve};
 pub use settle::{SettleError, SettleSettings, SettledPoses, settle};

@@ -50,7 +50,7 @@ pub struct CertifySettings {
 
 impl CertifySettings {
     /// Distance that a body may move, and depth that it may overlap, at rest, meters.
-    fn rest_limit_m(&self, body: &Body) -> f64 {
+    pub(crate) fn rest_limit_m(&self, body: &Body) -> f64 {
         let corners = body.hulls.iter().flat_map(|hull| &hull.points);
         let (low, high) =
             corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));

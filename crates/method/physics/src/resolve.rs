@@ -17,7 +17,7 @@
 mod place;
 mod contain;
 mod drop;
-mod inside;
+pub(crate) mod inside;
 mod level;
 mod separate;
 mod tree;

@@ -79,7 +79,17 @@ pub fn settle(
     settings: &SettleSettings,
     cancel: &CancelFlag,
 ) -> Result<SettledPoses, SettleError> {
-    islands::simulate(bodies, settings, true, cancel)
+    islands::simulate(bodies, settings, true, &islands::MARGINS_M, cancel)
+}
+
+/// As [`settle`], with all bodies in one island: what falls onto others leaves the box of its own, and would be
+/// simulated several times.
+pub fn settle_together(
+    bodies: &[Body],
+    settings: &SettleSettings,
+    cancel: &CancelFlag,
+) -> Result<SettledPoses, SettleError> {
+    islands::simulate(bodies, settings, true, &[f64::INFINITY], cancel)
 }
 
 /// Simulates `duration_s` to the end; an island whose drift can no longer matter is taken to stay (it is
@@ -89,7 +99,7 @@ pub fn simulate_to_the_end(
     settings: &SettleSettings,
     cancel: &CancelFlag,
 ) -> Result<SettledPoses, SettleError> {
-    islands::simulate(bodies, settings, false, cancel)
+    islands::simulate(bodies, settings, false, &islands::MARGINS_M, cancel)
 }
 
 /// Angle of the rotation that takes one pose's axes to the other's, radians in 0..pi.

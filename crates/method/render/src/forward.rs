@@ -15,7 +15,7 @@ pub mod floor_pattern;
 pub mod light_map;
 pub mod noise;
 pub mod object_colors;
-mod one_sided;
+pub mod one_sided;
 pub mod prepare;
 pub mod projection;
 pub mod raster;

@@ -16,6 +16,7 @@ impl Draft<'_> {
     pub fn finish(mut self) -> (Composition, Vec<Loaded>, BTreeSet<String>, Vec<MovedObject>) {
         let supporters: Vec<Supporter> = (0..self.len()).map(|object| self.supporter(object)).collect();
         self.composition.supports = SupportTree::without_contradictions(&supporters);
+        self.forget_named_clutter();
         let mut moved = Vec::new();
         let recognition = Arc::make_mut(&mut self.composition.recognition);
         let ids: Vec<InstanceId> = recognition.objects.iter().map(|object| object.id.clone()).collect();
@@ -48,5 +49,17 @@ impl Draft<'_> {
             }
         }
         (self.composition, self.loaded, self.changed, moved)
+    }
+
+    /// Objects that operations name no longer are where they fell.
+    fn forget_named_clutter(&mut self) {
+        let Some(heap) = &mut self.composition.clutter else { return };
+        let (named, workspace) = (&self.named, &self.workspace);
+        heap.retain(|name| {
+            !named.contains(name) && workspace.objects.iter().any(|object| object.body.name == name)
+        });
+        if heap.dropped.is_empty() {
+            self.composition.clutter = None;
+        }
     }
 }

@@ -43,6 +43,9 @@ pub fn write(report: &Report<'_>) -> String {
         figure(page, images.beside.as_ref(), caption);
         sections::likeness::write(page, report);
     });
+    if let Some(finding) = &report.certificate.clutter {
+        section(&mut page, "Clutter", |page| sections::clutter::write(page, finding));
+    }
     if let Some(finding) = &report.certificate.robot {
         section(&mut page, "Abilities of the robot", |page| sections::robot::write(page, finding));
     }

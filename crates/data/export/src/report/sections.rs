@@ -7,5 +7,6 @@ pub mod bodies;
 pub mod likeness;
 pub mod appraisal;
 pub mod robot;
+pub mod clutter;
 pub mod formats;
 pub mod provenance;

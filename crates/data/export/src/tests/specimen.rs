@@ -15,6 +15,7 @@ use geometry::{
 };
 use imaging::{Image, Texture};
 use scene::appraisal::{Appraisal, Criterion, ModelResponse, ProposedTask, Rating, TaskKind};
+use scene::clutter::{ClutterFinding, ClutterPlacement, ClutteredObject};
 use scene::finished::Frame;
 use scene::grasps::{GraspFile, GraspRecord, GraspVerdict};
 use scene::instance::{ImageRegion, SupportRelation};
@@ -238,6 +239,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
         light: None,
         text: Some(account()),
         edit: None,
+        clutter: Some(clutter()),
     };
     let asset = |name: &str, category: &str, visual, hulls| BodyAsset {
         name: name.into(),
@@ -322,6 +324,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
             tasks_done: 0,
             tasks: vec![TaskTried { instruction: NASTY_LABEL.into(), outcome: "no_path".into() }],
         }),
+        clutter: Some(clutter()),
         bodies: health(),
         scale_error: None,
         collisions: Vec::new(),
@@ -390,6 +393,24 @@ fn account() -> TextAccount {
             span: TextSpan { start: 40, end: 46, text: "teapot".into() },
             by: "removed teapot_1".into(),
         }],
+    }
+}
+
+fn clutter() -> ClutterFinding {
+    let object = |name: &str, placement| ClutteredObject {
+        name: InstanceId::new(name).expect("a name"),
+        placement,
+        contacts: 1,
+        hidden_in_hero: 0.3,
+        hidden_from_above: 0.1,
+    };
+    ClutterFinding {
+        density: 0.6,
+        covered_share: 0.55,
+        mean_contacts: 1.0,
+        touching: 2,
+        hidden_share: 1.0,
+        objects: vec![object("mug_1", ClutterPlacement::Kept), object("box_1", ClutterPlacement::Dropped)],
     }
 }
 

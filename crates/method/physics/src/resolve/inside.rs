@@ -8,7 +8,7 @@ use geometry::polygon::depth_in_convex_m;
 /// The largest violation of a convex footprint (counter-clockwise) on a table with that outline, of which it is to lie
 /// at least `margin_m` inside: the missing distance, and the shift that removes it there. Zero if there is none.
 /// Corners of the footprint count, and notches of the outline that reach into it.
-pub(super) fn missing(outline: &Outline, footprint: &[DVec2], margin_m: f64) -> (f64, DVec2) {
+pub(crate) fn missing(outline: &Outline, footprint: &[DVec2], margin_m: f64) -> (f64, DVec2) {
     let corners = outline.corners();
     let mut worst = (0.0, DVec2::ZERO);
     for &point in footprint {

@@ -15,7 +15,7 @@ use runtime::CancelFlag;
 
 /// Margins of the boxes, meters, tried in turn; the last puts all bodies into one island. A settling body
 /// moves by less than the first one as a rule, a leaning or toppling one by the second.
-const MARGINS_M: [f64; 3] = [0.005, 0.03, f64::INFINITY];
+pub(super) const MARGINS_M: [f64; 3] = [0.005, 0.03, f64::INFINITY];
 
 /// An island with its outcome.
 struct Known {
@@ -27,12 +27,13 @@ pub(super) fn simulate(
     bodies: &[Body],
     settings: &SettleSettings,
     may_end_early: bool,
+    margins_m: &[f64],
     cancel: &CancelFlag,
 ) -> Result<SettledPoses, SettleError> {
     let fixed: Vec<usize> = (0..bodies.len()).filter(|&k| bodies[k].fixed).collect();
     let boxes: Vec<(DVec3, DVec3)> = bodies.iter().map(world_box).collect();
     let mut known: Vec<Known> = Vec::new();
-    for margin_m in MARGINS_M {
+    for &margin_m in margins_m {
         let islands = islands(bodies, &boxes, margin_m);
         let (kept, new): (Vec<_>, Vec<_>) =
             islands.into_iter().partition(|members| known.iter().any(|k| k.members == *members));
@@ -130,7 +131,8 @@ mod tests {
         falling.world_from_object.rotation = glam::DQuat::from_rotation_y(0.9);
         falling.world_from_object.translation_m.z = 0.03;
         let bodies = [table(), falling, cube("near", 0.085, 0.0), cube("far", 0.5, 0.0)];
-        let settled = simulate(&bodies, &settle_settings(), true, &CancelFlag::default()).expect("a fall");
+        let settled =
+            simulate(&bodies, &settle_settings(), true, &MARGINS_M, &CancelFlag::default()).expect("a fall");
         let gap = settled.poses[2].translation_m.x - settled.poses[1].translation_m.x;
         assert!(settled.displacements_m[1] > 0.01 && gap > 0.03, "{settled:?}");
         assert!(settled.displacements_m[3] < 1e-4);
@@ -141,7 +143,7 @@ mod tests {
         let bodies = [table(), cube("a", 0.0, 0.004), cube("b", 0.2, 0.01), cube("c", -0.3, 0.02)];
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-            pool.install(|| simulate(&bodies, &settle_settings(), false, &CancelFlag::default()))
+            pool.install(|| simulate(&bodies, &settle_settings(), false, &MARGINS_M, &CancelFlag::default()))
         };
         assert_eq!(with(1).expect("cubes"), with(3).expect("cubes"));
     }
