@@ -124,7 +124,7 @@ pub enum RecipeSeeds {
 #[derive(JsonSchema)]
 #[schemars(inline, untagged)]
 pub enum RecipeOptions {
-    One(RequestOptions),
+    One(Box<RequestOptions>),
     List(#[schemars(length(min = 1), extend("uniqueItems" = true))] Vec<RequestOptions>),
 }
 

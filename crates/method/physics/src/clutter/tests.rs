@@ -39,7 +39,7 @@ impl Scenery {
                 rest_displacement_m: 0.001,
                 rest_rotation_rad: 0.02,
                 settles: 3,
-                fallen_rotation_rad: 0.5236,
+                fallen_rotation_rad: std::f64::consts::FRAC_PI_6,
             },
             settle: settle_settings(),
             certify: certify_settings(),

@@ -33,7 +33,7 @@ pub(super) fn add_soft_constraints(
         }
         let is_placed =
             objects[from].relations.iter().any(|(kind, target)| target.is_none() && !kind.is_support());
-        let habitual = habitual_constraints(objects, from, is_placed, &of, constraints);
+        let habitual = habitual_constraints(objects, from, is_placed, of, constraints);
         constraints.extend(habitual);
         let constrained = constraints.iter().any(|l| l.from == from);
         if !constrained && !is_placed {
