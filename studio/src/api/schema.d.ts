@@ -1568,6 +1568,11 @@ export interface components {
             /** @description Change made by the operation, in one sentence. */
             by: string;
         };
+        /** @description Clutter: objects without a stated place are dropped onto each other until they rest. */
+        Clutter: {
+            /** @description Share of the area under the heap that objects are to cover. 0 spreads them over the table at random, 1 drops them as close to each other as they can lie. */
+            density: number;
+        };
         /** @description More objects of the scene's theme, or of the one that is given. */
         ClutterOperation: {
             /** @constant */
@@ -2708,6 +2713,8 @@ export interface components {
             on_unknown?: components["schemas"]["OnUnknown"] | null;
             /** @description A robot that is tried in the finished scene, such as `panda`: its grasps of each object, what it can pick up, and tasks. Takes seconds for each object. */
             robot?: string | null;
+            /** @description Objects without a stated place are dropped onto each other, so that they lean, overlap and lie at random. */
+            clutter?: components["schemas"]["Clutter"] | null;
             /** @description Values of settings by name, in place of the server's. */
             set?: components["schemas"]["SceneSettings"];
         };

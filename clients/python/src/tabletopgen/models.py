@@ -230,6 +230,18 @@ class Bytes(RootModel[bytes]):
     """
 
 
+class Clutter(Model):
+    """
+    Clutter: objects without a stated place are dropped onto each other until they rest.
+    """
+
+    density: float
+    """
+    Share of the area under the heap that objects are to cover. 0 spreads them over the table at random, 1 drops them as
+    close to each other as they can lie.
+    """
+
+
 class ClutterOperation(Model):
     """
     More objects of the scene's theme, or of the one that is given.
@@ -3898,6 +3910,10 @@ class Options(Model):
     """
     A robot that is tried in the finished scene, such as `panda`: its grasps of each object, what it can pick up, and
     tasks. Takes seconds for each object.
+    """
+    clutter: Clutter | None = None
+    """
+    Objects without a stated place are dropped onto each other, so that they lean, overlap and lie at random.
     """
     set: SceneSettings | None = None
     """
