@@ -31,7 +31,14 @@ fn perfect(sample: &SyntheticImage, unit_m: f64) -> TableEstimate {
         azimuth_rad: truth.azimuth_rad,
         outline_px: truth.table.outline_px.clone(),
         top: in_units(&truth.table.outline_m),
-        objects: truth.objects.iter().enumerate().map(object).collect(),
+        objects: truth
+            .objects
+            .iter()
+            .enumerate()
+            .map(object)
+            // An object that is hidden entirely has no mask to find.
+            .filter(|estimate| estimate.mask.area_px() > 0)
+            .collect(),
     }
 }
 

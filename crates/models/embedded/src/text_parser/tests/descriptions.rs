@@ -46,7 +46,7 @@ const TABLE: &[(&str, &str, &[&str])] = &[
     ),
     (
         "A counter with a plate of olives and wine glasses.",
-        "1 plate, 5 olive, 3 wine_glass",
+        "1 plate, 4 olive, 2 wine_glass",
         &["olive_1 on plate_1", "!wine_glass_1 on plate_1"],
     ),
     ("A tray of cups and plates.", "1 tray, 3 mug, 3 plate", &["mug_1 on tray_1", "plate_1 on tray_1"]),
