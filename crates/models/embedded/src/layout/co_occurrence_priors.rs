@@ -33,7 +33,7 @@ pub(super) fn add_soft_constraints(
         }
         let is_placed =
             objects[from].relations.iter().any(|(kind, target)| target.is_none() && !kind.is_support());
-        let habitual = habitual_constraints(objects, from, is_placed, of, constraints);
+        let habitual = habitual_constraint(objects, from, is_placed, of, constraints);
         constraints.extend(habitual);
         let constrained = constraints.iter().any(|l| l.from == from);
         if !constrained && !is_placed {
@@ -56,19 +56,18 @@ fn soft(from: usize, to: usize, position: RelativePosition, in_target_frame: boo
     SpatialConstraint { from, to, position, in_target_frame, hard: false, distance_m: None }
 }
 
-/// Soft constraints of one object from the priors. `of` lists the objects of a name on the surface of an object;
-/// `known` are the constraints so far.
-fn habitual_constraints(
+/// Soft constraint of one object from the first prior that has a target for it. `of` lists the objects of a name on the
+/// surface of an object; `known` are the constraints so far.
+fn habitual_constraint(
     objects: &[LayoutObject],
     from: usize,
     is_placed: bool,
     of: impl Fn(&str, usize) -> Vec<usize>,
     known: &[SpatialConstraint],
-) -> Vec<SpatialConstraint> {
+) -> Option<SpatialConstraint> {
     let category = objects[from].category;
     let stated: Vec<&SpatialConstraint> = known.iter().filter(|l| l.from == from && l.hard).collect();
     let rank = of(&category.name, from).iter().position(|&k| k == from).unwrap_or(0);
-    let mut habitual: Vec<SpatialConstraint> = Vec::new();
     for prior in PRIORS.iter().filter(|prior| prior.objects.iter().any(|name| names(name, category))) {
         let position = prior.position.relative();
         let in_target_frame = prior.frame == Frame::Target;
@@ -78,8 +77,9 @@ fn habitual_constraints(
                 && prior.of.iter().any(|name| names(name, objects[l.to].category))
         });
         if let Some(constraint) = beside {
-            habitual.push(soft(from, constraint.to, position, in_target_frame));
-        } else if stated.is_empty() && !is_placed {
+            return Some(soft(from, constraint.to, position, in_target_frame));
+        }
+        if stated.is_empty() && !is_placed {
             let others =
                 |name: &String| of(name, from).into_iter().filter(|&k| k != from).collect::<Vec<_>>();
             let targets = prior.of.iter().map(others).find(|present| !present.is_empty());
@@ -89,11 +89,11 @@ fn habitual_constraints(
             let Some(&to) = target else { continue };
             let is_mutual = known.iter().any(|l| l.from == to && l.to == from);
             if !is_mutual {
-                habitual.push(soft(from, to, position, in_target_frame));
+                return Some(soft(from, to, position, in_target_frame));
             }
         }
     }
-    habitual
+    None
 }
 
 /// Adds soft constraints for spoons: right of the knife, where both are right of a plate.
