@@ -5,7 +5,7 @@
 //! top, a few show arches. Lengths on the board are millimeters.
 //!
 //! Result: an image of [`super::super::grain::METERS_PER_REPEAT`], finer across the grain than along it, since wood has
-//! its details across. It repeats without a seam. Cost: milliseconds.
+//! its details across. It repeats without a seam.
 
 use rand::RngExt;
 
