@@ -12,7 +12,6 @@
 use std::sync::LazyLock;
 
 use glam::{Vec2, Vec3, Vec4};
-use rayon::prelude::*;
 
 /// Texels along each side of the map of each roughness 0, 0.2, 0.4, 0.6, 0.8 and 1, and of the diffuse map.
 pub const SIDES: [usize; 7] = [128, 64, 32, 16, 16, 16, 16];
@@ -32,7 +31,8 @@ pub struct EnvironmentMap {
     pub starts: [usize; 7],
 }
 
-/// The map of the one furnished room, made on first use.
+/// The map of the one furnished room, made on first use by one thread: a thread of a pool that waits for others takes up
+/// other work of the pool meanwhile, which would wait here for itself.
 pub static FURNISHED_ROOM: LazyLock<EnvironmentMap> = LazyLock::new(EnvironmentMap::new);
 
 impl EnvironmentMap {
@@ -52,15 +52,15 @@ impl EnvironmentMap {
         map
     }
 
-    fn append(&mut self, number: usize, of: impl Fn(Vec3, f32) -> Shares + Sync) {
+    fn append(&mut self, number: usize, of: impl Fn(Vec3, f32) -> Shares) {
         self.starts[number] = self.texels.len();
         let side = SIDES[number];
         let stride = side + 2;
-        let texels = (0..stride * stride).into_par_iter().map(|k| {
+        let texels = (0..stride * stride).map(|k| {
             let at = Vec2::new((k % stride) as f32 - 0.5, (k / stride) as f32 - 0.5) / side as f32;
             of(direction_of(at), 1.0 / side as f32)
         });
-        self.texels.par_extend(texels);
+        self.texels.extend(texels);
     }
 
     /// Shares that a mirror of that roughness shows in a unit direction.
@@ -232,6 +232,9 @@ fn position_of(d: Vec3) -> Vec2 {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::{Arc, mpsc};
+    use std::time::Duration;
+
     use super::*;
 
     fn directions(count: usize) -> impl Iterator<Item = Vec3> {
@@ -260,6 +263,25 @@ mod tests {
         }
         let diffuse = mean(&|d| map.diffuse(d));
         assert!(diffuse.abs_diff_eq(bare, 0.012), "{diffuse} for {bare}");
+    }
+
+    #[test]
+    fn images_that_a_pool_begins_one_after_another_do_not_wait_for_themselves() {
+        for _ in 0..10 {
+            let map = Arc::new(LazyLock::new(EnvironmentMap::new as fn() -> EnvironmentMap));
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(8).build().expect("threads");
+            let (done, all_done) = mpsc::channel();
+            for _ in 0..64 {
+                let (map, done) = (map.clone(), done.clone());
+                pool.spawn(move || done.send(map.starts[0]).expect("the test waits"));
+                // Some begin while the map is being made.
+                std::thread::sleep(Duration::from_micros(200));
+            }
+            for image in 0..64 {
+                let began = all_done.recv_timeout(Duration::from_secs(120));
+                assert_eq!(began, Ok(0), "image {image} waits for itself");
+            }
+        }
     }
 
     #[test]

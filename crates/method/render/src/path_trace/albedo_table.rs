@@ -7,7 +7,6 @@
 use std::sync::LazyLock;
 
 use glam::{Vec2, Vec3A};
-use rayon::prelude::*;
 
 use super::ggx::Ggx;
 
@@ -27,13 +26,12 @@ pub struct AlbedoTable {
     means: Vec<SplitSum>,
 }
 
-/// The table of GGX, made on first use.
+/// The table of GGX, made on first use by one thread, as [`crate::forward::environment_map::FURNISHED_ROOM`] is.
 pub static GGX_ALBEDO: LazyLock<AlbedoTable> = LazyLock::new(AlbedoTable::new);
 
 impl AlbedoTable {
     fn new() -> Self {
         let nodes: Vec<SplitSum> = (0..SIDE * SIDE)
-            .into_par_iter()
             .map(|k| {
                 let at = |k: usize| k as f32 / (SIDE - 1) as f32;
                 integrated(at(k / SIDE), (at(k % SIDE) * at(k % SIDE)).max(1e-3))
