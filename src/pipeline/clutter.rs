@@ -26,7 +26,7 @@ use runtime::CancelFlag;
 use scene::InstanceId;
 use scene::clutter::{Clutter, ClutterPlacement};
 
-pub const STAGE: Stage = Stage { name: "clutter", version: 1 };
+pub const STAGE: Stage = Stage { name: "clutter", version: 2 };
 
 #[derive(Serialize)]
 pub struct Inputs {

@@ -16,6 +16,7 @@ pub mod light_map;
 pub mod noise;
 pub mod object_colors;
 pub mod one_sided;
+pub mod partly_open;
 pub mod prepare;
 pub mod projection;
 pub mod raster;

@@ -50,7 +50,7 @@ pub use frame::{Frame, GeometryFrame};
 pub use lighting::{Background, Floor, Lighting};
 pub use object_colors::{ObjectColors, PixelColors};
 pub use path_trace::{PathTraceSettings, PathTracer, TracedImage, path_trace};
-pub use room::Room;
+pub use room::{Decor, FloorFinish, Room};
 pub use scene_cache::SceneCache;
 pub use sequence::ImageSequence;
 pub use settings::RenderSettings;

@@ -61,14 +61,19 @@ const DECORS: [(FloorFinish, [u32; 2], u32, u32); 8] = [
 ];
 
 impl Decor {
-    /// One of the decors for each seed, among those whose floor stands out from the tabletop.
-    pub fn of_seed(seed: u64, tabletop_color: Vec3) -> Self {
-        let decors = DECORS.map(|(floor, floor_colors, wall, skirting)| Self {
+    /// Every decor there is.
+    pub fn all() -> [Self; 8] {
+        DECORS.map(|(floor, floor_colors, wall, skirting)| Self {
             floor,
             floor_colors: floor_colors.map(linear),
             wall_color: linear(wall),
             skirting_color: linear(skirting),
-        });
+        })
+    }
+
+    /// One of the decors for each seed, among those whose floor stands out from the tabletop.
+    pub fn of_seed(seed: u64, tabletop_color: Vec3) -> Self {
+        let decors = Self::all();
         let tabletop = lightness(tabletop_color);
         let stands_out = |decor: &&Self| (lightness(decor.floor_color()) - tabletop).abs() > MIN_CONTRAST;
         let fit: Vec<&Self> = decors.iter().filter(stands_out).collect();

@@ -1,15 +1,16 @@
 //! Backdrops behind and under the table: plain light most often, gradients, rooms, blurred surroundings.
 //!
-//! A backdrop is a function of the pixel ray. Floors and walls are aligned with the camera's azimuth, at the
-//! sampled distance behind the table.
+//! A backdrop is a function of the pixel ray, or a room of the renderer as in the previews of scenes. Floors and walls
+//! of the former are aligned with the camera's azimuth, at the sampled distance behind the table.
 
 use glam::{DVec2, DVec3, Vec3};
 use rand::RngExt;
 
 use super::Split;
-use super::sampling::{any_color, chance, hsv, of_split, pale, uniform, weighted, wood_color};
+use super::sampling::{any_color, chance, hsv, of_split, pale, pick, uniform, weighted, wood_color};
 use catalog::texture::Noise;
 use geometry::{Camera, Rgb};
+use render::{Decor, FloorFinish, RenderObject, Room, Tabletop};
 use runtime::seed::Rng;
 
 /// Kinds of backdrops. Each belongs to one split.
@@ -33,6 +34,12 @@ pub enum Kind {
     Corner,
     /// Defocused shelves with objects.
     Shelves,
+    /// A room of the renderer with boards, a carpet or concrete below.
+    LivingRoom,
+    /// A room of the renderer with tiles.
+    TiledRoom,
+    /// A room of the renderer with terrazzo.
+    TerrazzoRoom,
 }
 
 pub(super) const KINDS: &[(Kind, Split, f64)] = &[
@@ -40,11 +47,14 @@ pub(super) const KINDS: &[(Kind, Split, f64)] = &[
     (Kind::Gradient, Split::Training, 2.0),
     (Kind::Room, Split::Training, 1.4),
     (Kind::Blurred, Split::Training, 1.0),
+    (Kind::LivingRoom, Split::Training, 6.0),
     (Kind::Sweep, Split::Validation, 5.0),
     (Kind::Paneled, Split::Validation, 1.5),
+    (Kind::TiledRoom, Split::Validation, 4.0),
     (Kind::Spotlit, Split::Test, 7.0),
     (Kind::Corner, Split::Test, 1.4),
     (Kind::Shelves, Split::Test, 1.0),
+    (Kind::TerrazzoRoom, Split::Test, 6.0),
 ];
 
 #[cfg(test)]
@@ -68,6 +78,19 @@ impl Kind {
             Self::Spotlit => "spotlit",
             Self::Corner => "corner",
             Self::Shelves => "shelves",
+            Self::LivingRoom => "living_room",
+            Self::TiledRoom => "tiled_room",
+            Self::TerrazzoRoom => "terrazzo_room",
+        }
+    }
+
+    /// Floors of the rooms of this kind; none where it is not a room of the renderer.
+    fn floors(self) -> &'static [FloorFinish] {
+        match self {
+            Self::LivingRoom => &[FloorFinish::Boards, FloorFinish::Carpet, FloorFinish::Concrete],
+            Self::TiledRoom => &[FloorFinish::Tiles],
+            Self::TerrazzoRoom => &[FloorFinish::Terrazzo],
+            _ => &[],
         }
     }
 }
@@ -83,6 +106,9 @@ pub(super) struct Backdrop {
     noise: [Noise; 2],
     /// Distance of the wall behind the table center, meters.
     wall_m: f64,
+    /// Of a room of the renderer.
+    decor: Option<Decor>,
+    seed: u64,
 }
 
 impl Backdrop {
@@ -109,6 +135,8 @@ impl Backdrop {
         let second =
             if plain && chance(rng, 0.6) { first * uniform(rng, 0.72, 1.0) as f32 } else { color(rng) };
         let wood = Rgb(wood_color(rng).0);
+        let decors: Vec<Decor> =
+            Decor::all().into_iter().filter(|decor| kind.floors().contains(&decor.floor)).collect();
         Self {
             kind,
             shadowed: chance(rng, 0.75),
@@ -116,7 +144,16 @@ impl Backdrop {
             traits: std::array::from_fn(|_| rng.random_range(0.0..1.0)),
             noise: [Noise::new(7, 5, rng), Noise::new(23, 17, rng)],
             wall_m: uniform(rng, 0.9, 3.5),
+            decor: (!decors.is_empty()).then(|| pick(rng, &decors)),
+            seed: rng.random(),
         }
+    }
+
+    /// The room of the renderer around a table, the first of the objects; `None` where the backdrop is none.
+    pub(super) fn room(&self, objects: &[RenderObject]) -> Option<Room> {
+        let (decor, table) = (self.decor?, objects.first()?);
+        let (low_m, high_m) = table.mesh.bounds();
+        Some(Room { decor, ..Room::around(low_m, high_m, Tabletop::of(table), self.seed) })
     }
 
     /// Linear radiance of the pixel, 0..1; `floor_z_m` is the world height of the floor.
@@ -140,9 +177,8 @@ impl Backdrop {
                 let shade = 0.72 + 0.28 * t[3].sqrt();
                 a * (shade + (1.0 - shade) * glow)
             }
-            Kind::Room | Kind::Sweep | Kind::Paneled | Kind::Corner | Kind::Shelves => {
-                self.enclosed(self.met(camera, pixel, floor_z_m), t)
-            }
+            // The rooms of the renderer are in its images.
+            _ => self.enclosed(self.met(camera, pixel, floor_z_m), t),
         }
     }
 

@@ -38,6 +38,10 @@ pub enum Finish {
     Plaid,
     Burl,
     Lacquer,
+    /// Tables of the catalog.
+    CatalogWood,
+    CatalogStone,
+    CatalogMetal,
 }
 
 /// A sampled finish.
@@ -72,10 +76,12 @@ pub(super) const FINISHES: &[(Finish, Split, f64)] = &[
     (Finish::Metal, Split::Training, 0.5),
     (Finish::Slats, Split::Training, 0.9),
     (Finish::Glass, Split::Training, 0.4),
+    (Finish::CatalogWood, Split::Training, 10.0),
     (Finish::SatinWhite, Split::Validation, 1.5),
     (Finish::Terrazzo, Split::Validation, 1.0),
     (Finish::Stripes, Split::Validation, 1.0),
     (Finish::Wicker, Split::Validation, 1.0),
+    (Finish::CatalogMetal, Split::Validation, 2.0),
     (Finish::Laminate, Split::Test, 3.0),
     (Finish::BasketParquet, Split::Test, 1.5),
     (Finish::Tiles, Split::Test, 0.8),
@@ -84,6 +90,7 @@ pub(super) const FINISHES: &[(Finish, Split, f64)] = &[
     (Finish::Plaid, Split::Test, 0.8),
     (Finish::Burl, Split::Test, 2.0),
     (Finish::Lacquer, Split::Test, 1.2),
+    (Finish::CatalogStone, Split::Test, 3.0),
 ];
 
 #[cfg(test)]
@@ -123,6 +130,19 @@ impl Finish {
             Self::Plaid => "plaid",
             Self::Burl => "burl",
             Self::Lacquer => "lacquer",
+            Self::CatalogWood => "catalog_wood",
+            Self::CatalogStone => "catalog_stone",
+            Self::CatalogMetal => "catalog_metal",
+        }
+    }
+
+    /// Materials of tables of the catalog with this finish; none where the top is made here.
+    pub(super) fn of_catalog(self) -> &'static [&'static str] {
+        match self {
+            Self::CatalogWood => &["oak", "walnut", "pine", "birch", "white", "black"],
+            Self::CatalogStone => &["marble"],
+            Self::CatalogMetal => &["steel", "glass"],
+            _ => &[],
         }
     }
 
@@ -225,6 +245,10 @@ impl Top {
             Finish::Cement => (textured(pattern::cement(rng), 0.8), repeated(uniform(rng, 0.6, 1.5))),
             Finish::Plaid => (textured(pattern::plaid(rng), 0.95), repeated(uniform(rng, 0.2, 0.7))),
             Finish::Burl => (textured(pattern::burl(rng), rough), repeated(uniform(rng, 0.4, 1.4))),
+            // Seen where the catalog has no table of that outline.
+            Finish::CatalogWood | Finish::CatalogStone | Finish::CatalogMetal => {
+                (Material::plain("top", any_color(rng), rough), repeated(1.0))
+            }
             Finish::Lacquer => {
                 let color = if chance(rng, 0.6) { dark(rng) } else { any_color(rng) };
                 (Material::plain("top", color, uniform(rng, 0.06, 0.22) as f32), repeated(1.0))

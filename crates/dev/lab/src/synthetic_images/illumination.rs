@@ -5,12 +5,15 @@ use std::f64::consts::PI;
 use glam::Vec3;
 
 use super::sampling::{chance, uniform};
-use render::Lighting;
+use render::{Lighting, Room};
 use runtime::seed::Rng;
 
 /// Light setups whose renderings are averaged.
 pub(super) struct Illumination {
     pub lightings: Vec<Lighting>,
+    /// Factors on the strength of sunlight and on the exposure in a room of the renderer.
+    sun: f32,
+    room_exposure: f32,
 }
 
 impl Illumination {
@@ -37,6 +40,22 @@ impl Illumination {
                 }
             })
             .collect();
-        Self { lightings }
+        let (sun, room_exposure) = (uniform(rng, 0.15, 1.3) as f32, uniform(rng, 0.75, 1.35) as f32);
+        Self { lightings, sun, room_exposure }
+    }
+
+    /// Light of the same directions in a room, one per setup.
+    pub(super) fn in_room(&self, room: &Room) -> Vec<Lighting> {
+        let lit = |studio: &Lighting| {
+            let daylight = Lighting { toward_key: studio.toward_key, ..Lighting::daylight(0.0, 1.0) };
+            let dimmed = Lighting {
+                key_color: self.sun * daylight.key_color,
+                key_radius_rad: studio.key_radius_rad,
+                ..daylight
+            };
+            let exposed = dimmed.exposed_for(room);
+            Lighting { exposure: self.room_exposure * exposed.exposure, ..exposed }
+        };
+        self.lightings.iter().map(lit).collect()
     }
 }

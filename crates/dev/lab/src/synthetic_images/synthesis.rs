@@ -153,24 +153,41 @@ impl PlacedScene<'_> {
             sky_directions: 8,
             sky_map_px: 128,
         };
-        let scene_cache = SceneCache::new(self.table_and_objects(), &quality);
-        let floor = backdrop.shadowed.then_some(Floor { z_m: -self.table.height_m });
-        let ground = Background {
-            top_color: Vec3::splat(GROUND),
-            bottom_color: Vec3::splat(GROUND),
-            floor,
-            room: None,
+        let objects = self.table_and_objects();
+        let room = backdrop.room(&objects);
+        let mut scene_cache = SceneCache::new(objects, &quality);
+        if room.is_some() {
+            scene_cache = scene_cache.for_rooms();
+        }
+        let (lightings, ground) = match room {
+            Some(room) => (illumination.in_room(&room), Background::in_room(room)),
+            None => (illumination.lightings.clone(), self.placeholder(backdrop)),
         };
-        let share = 1.0 / illumination.lightings.len() as f32;
+        let share = 1.0 / lightings.len() as f32;
         let mut light = vec![Vec3::ZERO; (self.camera.width_px * self.camera.height_px) as usize];
-        for lighting in &illumination.lightings {
-            add_light(&mut light, &scene_cache.color(*lighting, ground, &view), share);
+        for lighting in lightings {
+            add_light(&mut light, &scene_cache.color(lighting, ground, &view), share);
         }
         let front = scene_cache.measure(&view);
         if self.table.mirror_share > 0.0 {
             self.add_mirrored(&mut light, &front, illumination, &quality);
         }
-        let coverage = self.backdrop_coverage(&scene_cache);
+        if room.is_none() {
+            self.draw_backdrop(&mut light, backdrop, &scene_cache);
+        }
+        RenderedFrame { light, front }
+    }
+
+    /// The background during rendering, on whose floor the table throws its shadow.
+    fn placeholder(&self, backdrop: &Backdrop) -> Background {
+        let gray = Vec3::splat(GROUND);
+        let floor = backdrop.shadowed.then_some(Floor { z_m: -self.table.height_m });
+        Background { top_color: gray, bottom_color: gray, floor, room: None }
+    }
+
+    /// Replaces the placeholder, keeping its shadows.
+    fn draw_backdrop(&self, light: &mut [Vec3], backdrop: &Backdrop, scene_cache: &SceneCache) {
+        let coverage = self.backdrop_coverage(scene_cache);
         let width = self.camera.width_px as usize;
         let dimmed: Vec<f32> =
             light.iter().map(|l| (l.dot(Vec3::splat(1.0 / 3.0)) / GROUND).min(1.0)).collect();
@@ -183,7 +200,6 @@ impl PlacedScene<'_> {
                 light[k] = (light[k] + open * dim * (own - Vec3::splat(GROUND))).max(Vec3::ZERO);
             }
         }
-        RenderedFrame { light, front }
     }
 
     /// Share of each pixel that shows the backdrop, in quarters, at the color sampling positions.

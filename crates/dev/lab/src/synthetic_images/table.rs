@@ -5,10 +5,14 @@ use glam::{DQuat, DVec2, DVec3};
 use super::Split;
 use super::finish::{Finish, Mapping, Top, frame_finish};
 use super::legs::{self, LegSpace};
-use super::sampling::{chance, uniform, weighted};
+use super::sampling::{chance, pick, uniform, weighted};
 use super::shape::{self, TableShape};
+use catalog::build_outlined_table;
 use geometry::shapes::{inset, slab};
-use geometry::{Material, Outline, Rgb, TexturedMesh};
+use geometry::{Material, Outline, Pose, Rgb, TexturedMesh};
+use imaging::srgb::encode_srgb;
+use rand::RngExt;
+use render::{RenderObject, Tabletop};
 use runtime::seed::Rng;
 
 /// A table in the world frame: top surface at z = 0, feet at -`height_m`.
@@ -30,12 +34,15 @@ pub(super) fn draw(split: Split, rng: &mut Rng) -> Table {
     loop {
         let (shape, edge) = shape::draw(rng);
         let finish = Finish::draw(split, rng);
+        if let Some(table) = of_catalog(shape, &edge, finish, rng) {
+            return table;
+        }
         let top = Top::new(finish, rng);
         let thickness_m =
             weighted(rng, &[(0.012, 1.0), (0.022, 2.0), (0.032, 3.0), (0.05, 1.0)]) * uniform(rng, 0.8, 1.2);
         let eased_m = uniform(rng, 0.001, 0.4 * thickness_m).min(0.012);
         let Ok(outline) = Outline::new(inset(&edge, eased_m)) else { continue };
-        let height_m = if chance(rng, 0.2) { uniform(rng, 0.3, 0.55) } else { uniform(rng, 0.55, 0.95) };
+        let height_m = height_m(rng);
         let mut mesh = TexturedMesh::default();
         let solid =
             slab(&edge, thickness_m, eased_m).with_flat_ends().translated(DVec3::new(0.0, 0.0, -thickness_m));
@@ -55,6 +62,32 @@ pub(super) fn draw(split: Split, rng: &mut Rng) -> Table {
         };
         return Table { shape, finish, mesh, outline, height_m, color: top.color, mirror_share };
     }
+}
+
+fn height_m(rng: &mut Rng) -> f64 {
+    if chance(rng, 0.2) { uniform(rng, 0.3, 0.55) } else { uniform(rng, 0.55, 0.95) }
+}
+
+/// The catalog's table with that edge and finish, as in scenes.
+fn of_catalog(shape: TableShape, edge: &[DVec2], finish: Finish, rng: &mut Rng) -> Option<Table> {
+    let materials = finish.of_catalog();
+    if materials.is_empty() {
+        return None;
+    }
+    let (height_m, legs, material) = (height_m(rng), rng.random_range(3..=4), pick(rng, materials));
+    let edge = Outline::new(edge.to_vec()).ok()?;
+    let built = build_outlined_table(&edge, height_m, legs, None, Some(material), rng.random())?;
+    let top = Tabletop::of(&RenderObject { mesh: &built.mesh, world_from_object: Pose::IDENTITY, id: 1 });
+    let color = Rgb(top.color.to_array().map(|linear| f32::from(encode_srgb(linear)) / 255.0));
+    Some(Table {
+        shape,
+        finish,
+        mesh: built.mesh,
+        outline: built.outline_m,
+        height_m,
+        color,
+        mirror_share: 0.0,
+    })
 }
 
 /// Maps the texture onto the slab, with straight or slanted grain.

@@ -32,12 +32,29 @@ pub struct Environment<'a> {
 /// facets of a round body would shade each other.
 pub const MIN_SKY_COSINE: f32 = 0.13;
 
+/// Albedo of floors, which are not known here, for the light between them and what stands on them.
+const FLOOR_ALBEDO: f32 = 0.35;
+
 /// Ambient light at a surface point, shared by its neighborhood.
 #[derive(Clone, Copy, Debug)]
 pub struct Ambient {
     pub seen: SkyShare,
-    /// Radiance of what lies below in a room; zero without one.
-    pub bounce: Vec3,
+    /// Nothing outside of rooms.
+    pub below: Below,
+}
+
+/// A place of tabletop or floor that a surface point faces.
+#[derive(Clone, Copy, Debug)]
+pub struct Below {
+    /// Radiance if nothing shades it.
+    pub light: Vec3,
+    /// Share of the sky's light that arrives there, 0..1.
+    pub open: f32,
+}
+
+impl Below {
+    /// Of a point that faces neither.
+    pub const NOTHING: Self = Self { light: Vec3::ZERO, open: 1.0 };
 }
 
 impl<'a> Environment<'a> {
@@ -77,9 +94,9 @@ impl<'a> Environment<'a> {
         match &self.room {
             Some(room) => Ambient {
                 seen: self.sky.seen_from(point, normal, MIN_SKY_COSINE),
-                bounce: room.bounce(self.sky, point, normal),
+                below: room.below(self.sky, point, normal),
             },
-            None => Ambient { seen: self.sky.seen_from(point, flat_normal, 0.0), bounce: Vec3::ZERO },
+            None => Ambient { seen: self.sky.seen_from(point, flat_normal, 0.0), below: Below::NOTHING },
         }
     }
 
@@ -112,7 +129,10 @@ impl<'a> Environment<'a> {
     /// Ambient light that a white matte floor reflects.
     pub fn on_floor(&self, seen: SkyShare) -> Vec3 {
         match &self.room {
-            Some(room) => room.diffuse(Vec3A::Z, seen, Vec3::ZERO),
+            Some(room) => {
+                let around = Ambient { seen, below: Below::NOTHING };
+                room.diffuse(Vec3A::Z, &around).between(Vec3::splat(FLOOR_ALBEDO))
+            }
             None => self.diffuse(Vec3A::Z, seen),
         }
     }

@@ -1,14 +1,16 @@
 //! Light in a room, prepared for one image: from windows, walls and ceiling, and from what lies below a point.
 //!
 //! Light that the tabletop or the floor throws back at an object is that of one place: where a ray between the normal
-//! and straight down arrives. The sky's occlusion there tells how much light it has to give (one bounce).
+//! and straight down arrives. The sky's occlusion there tells how much light it has to give (one bounce). Where neither
+//! that place nor the point sees much of the sky, as in a pot, surfaces like the point's own lie in between.
 
 use glam::{Vec2, Vec3, Vec3A};
 
-use super::environment::{Ambient, MIN_SKY_COSINE};
+use super::environment::{Ambient, Below, MIN_SKY_COSINE};
 use super::environment_map::{EnvironmentMap, FURNISHED_ROOM, Shares};
+use super::partly_open::{PartlyOpen, arriving};
 use super::shade::Surface;
-use super::sky::{Sky, SkyShare};
+use super::sky::Sky;
 use crate::room::luminance;
 use crate::{Lighting, Room};
 
@@ -22,6 +24,8 @@ pub struct RoomLight {
     pub window: Vec3,
     pub wall: Vec3,
     pub ceiling: Vec3,
+    /// Light from above on a level surface that nothing shades.
+    pub open_sky: Vec3,
     /// Of floor and tabletop where nothing shades them.
     pub open_floor: Vec3,
     pub open_tabletop: Vec3,
@@ -37,8 +41,6 @@ const CEILING: Vec3 = Vec3::new(0.55, 0.545, 0.53);
 const FLOOR_SHARE: f32 = 0.7;
 /// Light on walls, as a share of that in the center of the room: the backdrop stays behind the subject.
 pub const WALL_SHARE: f32 = 0.85;
-/// Share of the light of a place below that arrives where no sky is seen from there.
-const SHADED: f32 = 0.16;
 /// Radiance of a tabletop that is exposed as it is; darker ones are exposed longer, lighter ones shorter.
 const EXPOSED_AS_IS: f32 = 0.2;
 /// Share of a difference in brightness, in stops, that exposure makes up for.
@@ -61,11 +63,13 @@ impl RoomLight {
             window: WINDOW,
             wall: WHITE_WALL * room.decor.wall_color,
             ceiling: CEILING,
+            open_sky: Vec3::ZERO,
             open_floor: Vec3::ZERO,
             open_tabletop: Vec3::ZERO,
             mirrored_tabletop: Vec3::ZERO,
         };
-        let open = lighting.key_color * key.z.max(0.0) + light.above(map.diffuse(Vec3::Z));
+        light.open_sky = light.above(map.diffuse(Vec3::Z));
+        let open = lighting.key_color * key.z.max(0.0) + light.open_sky;
         light.open_floor = FLOOR_SHARE * open * room.decor.floor_color();
         light.open_tabletop = open * room.tabletop.color;
         let gray = Vec3::splat(luminance(light.open_tabletop));
@@ -89,36 +93,38 @@ impl RoomLight {
         Vec3::new(d.x * w.x + d.y * w.y, d.y * w.x - d.x * w.y, d.z)
     }
 
-    /// Light that a white matte surface of that normal reflects. `bounce` is that of [`Self::bounce`].
-    pub fn diffuse(&self, normal: Vec3A, seen: SkyShare, bounce: Vec3) -> Vec3 {
+    /// Light that a white matte surface of that normal reflects.
+    pub fn diffuse(&self, normal: Vec3A, around: &Ambient) -> PartlyOpen {
         let shares = self.map.diffuse(self.in_map(normal));
-        self.above(shares) * arriving(seen) + bounce * shares.w
+        self.partly_open(shares, around.below.light, around)
     }
 
     /// Light that a surface point mirrors from a direction, blurred by `roughness`.
-    pub fn mirrored(
-        &self,
-        point: Vec3A,
-        direction: Vec3A,
-        roughness: f32,
-        seen: SkyShare,
-        bounce: Vec3,
-    ) -> Vec3 {
+    pub fn mirrored(&self, point: Vec3A, direction: Vec3A, roughness: f32, around: &Ambient) -> PartlyOpen {
         let shares = self.map.mirrored(self.in_map(direction), roughness);
-        let above = self.above(shares) * arriving(seen);
         if shares.w <= 0.0 {
-            return above;
+            return self.partly_open(shares, Vec3::ZERO, around);
         }
         let on_tabletop = self.share_on_tabletop(point, direction, roughness);
-        let tabletop = self.mirrored_tabletop * (0.3 + 0.7 * seen.open);
-        above + shares.w * bounce.lerp(tabletop, on_tabletop)
+        self.partly_open(shares, around.below.light.lerp(self.mirrored_tabletop, on_tabletop), around)
+    }
+
+    /// Light in these shares where what lies below has this radiance if nothing shades it.
+    fn partly_open(&self, shares: Shares, below: Vec3, around: &Ambient) -> PartlyOpen {
+        let enclosed = (1.0 - around.below.open) * (1.0 - around.seen.arriving);
+        PartlyOpen {
+            far: self.above(shares) + shares.w * enclosed * self.open_sky,
+            arriving: arriving(around.seen),
+            near: shares.w * (1.0 - enclosed) * below,
+            near_open: around.below.open,
+        }
     }
 
     /// Light that the thick outline of glass shows: that from a direction beyond its axis, since a rod of glass is a
     /// lens.
     pub fn refracted(&self, s: &Surface, ambient: &Ambient) -> Vec3 {
         let direction = (-s.toward_eye - BEND * s.normal).normalize_or(-s.normal);
-        self.mirrored(s.point, direction, RIM_BLUR, ambient.seen, ambient.bounce)
+        self.mirrored(s.point, direction, RIM_BLUR, ambient).between(Vec3::ONE)
     }
 
     /// Light that a wall of that inward normal reflects where nothing is near.
@@ -141,12 +147,12 @@ impl RoomLight {
         (0.5 - outside / (0.02 + roughness * length)).clamp(0.0, 1.0)
     }
 
-    /// Radiance of what lies below a surface point, in the direction that its normal and straight down enclose.
-    pub fn bounce(&self, sky: &Sky, point: Vec3A, normal: Vec3A) -> Vec3 {
+    /// What lies below a surface point, in the direction that its normal and straight down enclose.
+    pub fn below(&self, sky: &Sky, point: Vec3A, normal: Vec3A) -> Below {
         /// Above this height of the normal nothing below is seen.
         const LEVEL: f32 = 0.98;
         if normal.z > LEVEL {
-            return Vec3::ZERO;
+            return Below::NOTHING;
         }
         let toward = Vec3A::new(normal.x, normal.y, normal.z - 1.0).normalize_or(Vec3A::NEG_Z);
         let tabletop = &self.room.tabletop;
@@ -158,15 +164,10 @@ impl RoomLight {
         if !on_tabletop {
             at = met(point, toward, self.room.floor_z_m as f32);
         }
-        let open = if on_tabletop { self.open_tabletop } else { self.open_floor };
-        open * (SHADED + (1.0 - SHADED) * sky.seen_from(at, Vec3A::Z, MIN_SKY_COSINE).arriving)
+        let light = if on_tabletop { self.open_tabletop } else { self.open_floor };
+        let open = sky.seen_from(at, Vec3A::Z, MIN_SKY_COSINE).arriving;
+        Below { light, open }
     }
-}
-
-/// Share of light from above that arrives. Corners darken faster than openness falls, since the open directions that
-/// are left there are near the horizon, which the maps do not reach.
-fn arriving(seen: SkyShare) -> f32 {
-    0.06 + 0.94 * seen.arriving * (0.6 + 0.4 * seen.arriving)
 }
 
 /// Point at which a descending ray meets a height; its start if that lies below.

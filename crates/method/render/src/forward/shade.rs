@@ -14,6 +14,7 @@ use self::wear::SurfaceWear;
 use super::backdrop::{Backdrop, BackdropPlace, Ray};
 use super::environment::{Ambient, Environment};
 use super::floor_light::FloorLight;
+use super::partly_open::PartlyOpen;
 use super::prepare::ViewGeometry;
 use super::projection::Lens;
 use super::scene_buffers::{SceneBuffers, SourceTriangle};
@@ -90,13 +91,10 @@ pub struct Surface {
 /// Light that arrives at a surface point, as far as it does not depend on the surface's own color.
 pub struct Incidence {
     key: Option<KeyIncidence>,
-    diffuse: Vec3,
-    /// Correction of `diffuse` from the flat face to the smooth normal.
-    smooth_over_flat: Vec3,
-    mirrored: Vec3,
+    diffuse: PartlyOpen,
+    mirrored: PartlyOpen,
     /// Factor and addend that make the mirrored share of the reflectance at normal incidence.
     mirror_share: (f32, f32),
-    occlusion: f32,
 }
 
 /// The key light at a surface point that it reaches.
@@ -386,11 +384,9 @@ impl<'a> Shader<'a> {
         if let Some(room) = &environment.room {
             return Incidence {
                 key,
-                diffuse: room.diffuse(n, seen, ambient.bounce),
-                smooth_over_flat: Vec3::ONE,
-                mirrored: room.mirrored(s.point, r, roughness, seen, ambient.bounce),
+                diffuse: room.diffuse(n, ambient),
+                mirrored: room.mirrored(s.point, r, roughness, ambient),
                 mirror_share,
-                occlusion: 1.0,
             };
         }
         let up = 0.5 + 0.5 * n.z;
@@ -399,13 +395,12 @@ impl<'a> Shader<'a> {
         // smooth normal.
         let smooth_over_flat = (lighting.sky_color * up + lighting.ground_color * (1.0 - up))
             / (lighting.sky_color * up_flat + lighting.ground_color * (1.0 - up_flat)).max(Vec3::splat(1e-3));
+        let occlusion = (0.25 + 0.75 * seen.open).min(1.0);
         Incidence {
             key,
-            diffuse: environment.diffuse(s.flat_normal, seen),
-            smooth_over_flat,
-            mirrored: environment.mirrored(r, roughness),
+            diffuse: PartlyOpen::whole(environment.diffuse(s.flat_normal, seen) * smooth_over_flat),
+            mirrored: PartlyOpen::whole(environment.mirrored(r, roughness) * occlusion),
             mirror_share,
-            occlusion: (0.25 + 0.75 * seen.open).min(1.0),
         }
     }
 
@@ -462,9 +457,9 @@ impl Incidence {
             diffuse += matte * key.light;
             specular += fresnel * key.light * key.shine;
         }
-        diffuse += matte * self.diffuse * self.smooth_over_flat;
+        diffuse += matte * self.diffuse.between(albedo);
         let (scale, offset) = self.mirror_share;
-        specular += self.mirrored * (f0 * scale + Vec3::splat(offset)) * self.occlusion;
+        specular += self.mirrored.between(f0) * (f0 * scale + Vec3::splat(offset));
         (diffuse, specular)
     }
 }

@@ -58,14 +58,46 @@ fn from_above(shares: vec4<f32>) -> vec3<f32> {
     return room_vec3(0u) * shares.x + room_vec3(4u) * shares.y + room_vec3(8u) * shares.z;
 }
 
-// Share of light from above that arrives.
-fn arriving_share(seen: SkyShare) -> f32 {
-    return 0.06 + 0.94 * seen.arriving * (0.6 + 0.4 * seen.arriving);
+// Light on a surface by what can hide it, partly_open.rs's.
+struct PartlyOpen {
+    far: vec3<f32>,
+    arriving: f32,
+    near: vec3<f32>,
+    near_open: f32,
 }
 
-fn room_diffuse(normal: vec3<f32>, seen: SkyShare, bounce: vec3<f32>) -> vec3<f32> {
-    let shares = diffuse_shares(normal);
-    return from_above(shares) * arriving_share(seen) + bounce * shares.w;
+fn with_reflections(open: f32, albedo: vec3<f32>) -> vec3<f32> {
+    let a = 2.0404 * albedo - 0.3324;
+    let b = -4.7951 * albedo + 0.6417;
+    let c = 2.7552 * albedo + 0.6903;
+    return clamp(((a * open + b) * open + c) * open, vec3(open), vec3(1.0));
+}
+
+// Light that arrives between surfaces of that albedo.
+fn between(light: PartlyOpen, albedo: vec3<f32>) -> vec3<f32> {
+    let lit = 0.16 + 0.84 * with_reflections(light.near_open, albedo);
+    return light.far * with_reflections(light.arriving, albedo) + light.near * lit;
+}
+
+// Share of light from above that arrives without reflections.
+fn arriving_share(seen: SkyShare) -> f32 {
+    return seen.arriving * (0.6 + 0.4 * seen.arriving);
+}
+
+// Light in these shares where what lies below has this radiance if nothing shades it.
+fn partly_open(shares: vec4<f32>, below: vec3<f32>, around: Ambient) -> PartlyOpen {
+    let enclosed = (1.0 - around.below_open) * (1.0 - around.seen.arriving);
+    let open_sky = from_above(diffuse_shares(vec3(0.0, 0.0, 1.0)));
+    return PartlyOpen(
+        from_above(shares) + shares.w * enclosed * open_sky,
+        arriving_share(around.seen),
+        shares.w * (1.0 - enclosed) * below,
+        around.below_open,
+    );
+}
+
+fn room_diffuse(normal: vec3<f32>, around: Ambient) -> PartlyOpen {
+    return partly_open(diffuse_shares(normal), around.below_light, around);
 }
 
 fn share_on_tabletop(point: vec3<f32>, direction: vec3<f32>, roughness: f32) -> f32 {
@@ -79,24 +111,17 @@ fn share_on_tabletop(point: vec3<f32>, direction: vec3<f32>, roughness: f32) -> 
     return clamp(0.5 - max(outside.x, outside.y) / (0.02 + roughness * reach), 0.0, 1.0);
 }
 
-fn room_mirrored(
-    point: vec3<f32>,
-    direction: vec3<f32>,
-    roughness: f32,
-    seen: SkyShare,
-    bounce: vec3<f32>,
-) -> vec3<f32> {
+fn room_mirrored(point: vec3<f32>, direction: vec3<f32>, roughness: f32, around: Ambient) -> PartlyOpen {
     let level = clamp(roughness * ROUGHNESS_STEPS, 0.0, ROUGHNESS_STEPS);
     let sharp = min(u32(level), DIFFUSE_MAP - 2u);
     let at = octahedral(in_map(direction));
     let shares =
         mix(environment_bilinear(sharp, at), environment_bilinear(sharp + 1u, at), level - f32(sharp));
-    let above = from_above(shares) * arriving_share(seen);
     if shares.w <= 0.0 {
-        return above;
+        return partly_open(shares, vec3(0.0), around);
     }
-    let tabletop = room_vec3(63u) * (0.3 + 0.7 * seen.open);
-    return above + shares.w * mix(bounce, tabletop, share_on_tabletop(point, direction, roughness));
+    let below = mix(around.below_light, room_vec3(63u), share_on_tabletop(point, direction, roughness));
+    return partly_open(shares, below, around);
 }
 
 // Where a ray that descends meets a height; at its start if that lies below.
@@ -125,8 +150,7 @@ fn below(point: vec3<f32>, normal: vec3<f32>) -> Below {
     return Below(met_below(point, toward, job.floor_z_m), false, true);
 }
 
-// Radiance of what lies below where that sees this share of the sky.
-fn bounce_of(below: Below, arriving: f32) -> vec3<f32> {
-    let open = select(room_vec3(12u), room_vec3(16u), below.on_tabletop);
-    return select(vec3(0.0), open * (0.16 + 0.84 * arriving), below.counts);
+// Radiance of a place where nothing shades it.
+fn open_light(below: Below) -> vec3<f32> {
+    return select(room_vec3(12u), room_vec3(16u), below.on_tabletop);
 }

@@ -145,8 +145,9 @@ fn reflected(s: Surface, material: Material, albedo: vec3<f32>, nl: f32, reachin
     let share = mirror_share(f0, material.roughness, nv);
     let seen = around.seen;
     if job.has_room != 0u {
-        light.diffuse += matte * room_diffuse(n, seen, around.bounce);
-        light.specular += room_mirrored(s.point, mirror, material.roughness, seen, around.bounce) * share;
+        light.diffuse += matte * between(room_diffuse(n, around), albedo);
+        let reflection = room_mirrored(s.point, mirror, material.roughness, around);
+        light.specular += between(reflection, f0) * share;
         return light;
     }
     let up = 0.5 + 0.5 * n.z;
@@ -175,7 +176,7 @@ fn glass(s: Surface, material: Material, albedo: vec3<f32>, light: Reflected, ar
     let solid = opacity * opacity * (0.2 + 0.8 * opacity);
     let bending = RIM * grazing * (1.0 - opacity);
     let beyond = unit_or(-s.toward_eye - BEND * s.normal, -s.normal);
-    let rim = room_mirrored(s.point, beyond, RIM_BLUR, around.seen, around.bounce);
+    let rim = between(room_mirrored(s.point, beyond, RIM_BLUR, around), vec3(1.0));
     let added = light.diffuse * solid * 0.5 + light.specular + rim * tint * tint * bending;
     return Shaded(added * job.exposure, tint * ((1.0 - solid) * (1.0 - bending)));
 }

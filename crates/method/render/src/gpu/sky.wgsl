@@ -50,10 +50,11 @@ fn sky_seen_from(point: vec3<f32>, normal: vec3<f32>) -> SkyShare {
     return SkyShare(lit / all, open / f32(job.directions));
 }
 
-// Ambient light of a point: its sky share, and in a room the radiance of what lies below.
+// Ambient light of a point: its sky share, and in a room the radiance in full light and the sky share of what lies below.
 struct Ambient {
     seen: SkyShare,
-    bounce: vec3<f32>,
+    below_light: vec3<f32>,
+    below_open: f32,
 }
 
 // The sky is sought in one place of the code, at the point and then below it: drivers inline every call.
@@ -62,13 +63,15 @@ fn ambient_at(point: vec3<f32>, flat_normal: vec3<f32>, normal: vec3<f32>) -> Am
     let above = select(flat_normal, normal, job.has_room != 0u);
     let places = select(1u, 2u, lower.counts);
     var ambient: Ambient;
+    ambient.below_open = 1.0;
     for (var k = 0u; k < places; k++) {
         let seen =
             sky_seen_from(select(lower.point, point, k == 0u), select(vec3(0.0, 0.0, 1.0), above, k == 0u));
         if k == 0u {
             ambient.seen = seen;
         } else {
-            ambient.bounce = bounce_of(lower, seen.arriving);
+            ambient.below_light = open_light(lower);
+            ambient.below_open = seen.arriving;
         }
     }
     return ambient;

@@ -10,7 +10,7 @@
 use glam::{Vec2, Vec3, Vec3A};
 
 use super::key_light::LightSample;
-use crate::forward::environment::Environment;
+use crate::forward::environment::{Ambient, Below, Environment};
 use crate::forward::room_light::RoomLight;
 use crate::forward::sky::SkyShare;
 use crate::room::luminance;
@@ -43,7 +43,8 @@ const BELOW_ALL: Vec3A = Vec3A::new(0.0, 0.0, -1e6);
 
 /// Radiance of a room above the horizon.
 pub fn room_radiance(room: &RoomLight, direction: Vec3A) -> Vec3 {
-    room.mirrored(BELOW_ALL, direction, 0.0, OPEN, room.open_floor)
+    let around = Ambient { seen: OPEN, below: Below { light: room.open_floor, open: 1.0 } };
+    room.mirrored(BELOW_ALL, direction, 0.0, &around).between(Vec3::ZERO)
 }
 
 impl SkyLight {
