@@ -59,7 +59,7 @@ pub(super) fn place_settings(
 fn settings_along_edges(count: usize, size: DVec2, directed: bool) -> Vec<PlaceSetting> {
     let max_abreast = ((0.94 * size.x / SETTING_WIDTH_M) as usize).max(1);
     let row = |count: usize, yaw_rad: f64| {
-        let pitch_m = (0.86 * size.x / count.max(1) as f64).clamp(SETTING_WIDTH_M.min(0.5 * size.x), 0.62);
+        let pitch_m = (0.86 * size.x / count.max(1) as f64).clamp(SETTING_WIDTH_M.min(0.5 * size.x), 0.72);
         (0..count).map(move |k| PlaceSetting {
             yaw_rad,
             sideways_m: (k as f64 - 0.5 * (count as f64 - 1.0)) * pitch_m,
