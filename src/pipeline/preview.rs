@@ -49,23 +49,23 @@ pub enum Viewpoint {
 }
 
 impl Viewpoint {
-    /// Direction of the viewer: 0 = from the front edge, pi/2 = from +x.
-    fn azimuth_rad(self) -> f64 {
-        match self {
-            Self::Hero => HERO_AZIMUTH_RAD,
+    /// Direction of the viewer: 0 = from the front edge, pi/2 = from +x; `None` of the hero image, which chooses.
+    fn azimuth_rad(self) -> Option<f64> {
+        Some(match self {
+            Self::Hero => return None,
             Self::Front | Self::Top => 0.0,
             Self::Right => FRAC_PI_2,
             Self::Back => PI,
             Self::Left => -FRAC_PI_2,
-        }
+        })
     }
 }
 
 /// Horizontal field of view of all previews but the reference view, radians (about 30 degrees).
 const FOV_X_RAD: f64 = 0.52;
 
-/// Direction of the hero image, from the front edge toward +x, radians.
-const HERO_AZIMUTH_RAD: f64 = 0.42;
+/// Directions of the hero image, from the front edge toward +x, radians: the first from which all objects are seen.
+const HERO_AZIMUTHS_RAD: [f64; 6] = [0.42, -0.42, 0.15, -0.15, 0.75, -0.75];
 
 /// Smallest half of the width and depth that the hero image shows, meters: about a hand's breadth.
 const MIN_HERO_HALF_M: f64 = 0.08;
@@ -81,6 +81,7 @@ pub struct Studio<'a> {
     lit_by: Option<Light>,
     /// Surroundings of hero and sides, if these are not in the studio.
     room: Option<Room>,
+    hero_azimuth_rad: f64,
     low_m: DVec3,
     high_m: DVec3,
 }
@@ -96,11 +97,12 @@ impl<'a> Studio<'a> {
     ) -> Self {
         let (low_m, high_m) = bounds(bodies);
         let scene_cache = Arc::new(cached(objects(bodies)));
-        Self { bodies, scene_cache, on_gpu: None, lit_by: None, room: None, low_m, high_m }
+        let [hero_azimuth_rad, ..] = HERO_AZIMUTHS_RAD;
+        Self { bodies, scene_cache, on_gpu: None, lit_by: None, room: None, hero_azimuth_rad, low_m, high_m }
     }
 
-    /// A studio with a room of that seed around the first body, a table, for images that people see. Images that
-    /// are compared with others stay in the studio.
+    /// A studio with a room of that seed around the first body, a table, for images that people see; the hero image is
+    /// from where objects hide each other least. Images that are compared with others stay in the studio.
     pub fn with_room(bodies: &'a [PreviewBody<'a>], quality: &RenderSettings, seed: u64) -> Self {
         let studio = Self::of(bodies, |objects| SceneCache::new(objects, quality).for_rooms());
         let table = bodies.first().map(|table| RenderObject {
@@ -109,7 +111,7 @@ impl<'a> Studio<'a> {
             id: 1,
         });
         let around = |table| Room::around(studio.low_m, studio.high_m, Tabletop::of(&table), seed);
-        Self { room: table.map(around), ..studio }
+        Self { room: table.map(around), hero_azimuth_rad: studio.clearest_azimuth_rad(), ..studio }
     }
 
     /// Returns the studio in another light, which stays where it is when the viewer moves.
@@ -126,13 +128,13 @@ impl<'a> Studio<'a> {
 
     /// Objects, light and background of a preview, and its camera.
     pub fn described(&self, viewpoint: Viewpoint, width_px: u32) -> (RenderScene<'a>, View) {
-        let azimuth_rad = viewpoint.azimuth_rad();
+        let azimuth_rad = viewpoint.azimuth_rad().unwrap_or(self.hero_azimuth_rad);
         let (lighting, background) = match viewpoint {
             Viewpoint::Top => self.light(azimuth_rad),
             _ => self.surroundings(azimuth_rad),
         };
         let view = match viewpoint {
-            Viewpoint::Hero => View::Perspective(self.hero_camera(width_px)),
+            Viewpoint::Hero => View::Perspective(self.hero_camera(self.hero_azimuth_rad, width_px)),
             Viewpoint::Top => View::Orthographic(self.top_view(width_px)),
             _ => View::Perspective(self.side_camera(azimuth_rad, width_px)),
         };
@@ -188,7 +190,7 @@ impl<'a> Studio<'a> {
         self.seen_from(Viewpoint::Hero, settings.hero_width_px)
     }
 
-    fn hero_camera(&self, width_px: u32) -> Camera {
+    fn hero_camera(&self, azimuth_rad: f64, width_px: u32) -> Camera {
         let objects = match self.bodies {
             [_, objects @ ..] if !objects.is_empty() => objects,
             all => all,
@@ -198,7 +200,7 @@ impl<'a> Studio<'a> {
         let center_m = 0.5 * (low_m + high_m);
         let half_m = (0.5 * (high_m - low_m)).max(DVec3::splat(MIN_HERO_HALF_M));
         shown_m.extend([-1.0, 1.0].map(|side| center_m + side * half_m.with_z(0.0)));
-        Self::framing(&shown_m, (low_m, high_m), width_px, width_px * 3 / 4, HERO_AZIMUTH_RAD, 0.6)
+        Self::framing(&shown_m, (low_m, high_m), width_px, width_px * 3 / 4, azimuth_rad, 0.6)
     }
 
     /// One of the sides: azimuth 0 = from the front edge, pi/2 = from +x.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use imaging::Texture;
+use imaging::{GreenAxis, Texture, normal_map};
 
 /// sRGB-encoded color, each channel 0..1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,6 +66,9 @@ pub struct Material {
     pub metalness: f32,
     /// 1 = opaque. Below 1 the renderer blends the surface (glass).
     pub opacity: f32,
+    /// Height of what is white in the texture over what is black, as a share of the length in which the texture
+    /// repeats; 0 = flat.
+    pub relief: f32,
 }
 
 impl Material {
@@ -78,12 +81,19 @@ impl Material {
             roughness,
             metalness: 0.0,
             opacity: 1.0,
+            relief: 0.0,
         }
     }
 
     /// An opaque, untextured metal.
     pub fn metal(name: &str, base_color: Rgb, roughness: f32) -> Self {
         Self { metalness: 1.0, ..Self::plain(name, base_color, roughness) }
+    }
+
+    /// Normals of the relief; `None` of a flat material.
+    pub fn normal_map(&self, green: GreenAxis) -> Option<Texture> {
+        let texture = self.base_color_texture.as_ref().filter(|_| self.relief > 0.0)?;
+        Some(normal_map(texture, self.relief, green))
     }
 
     /// An opaque dielectric colored by a texture alone.

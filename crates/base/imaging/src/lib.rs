@@ -17,6 +17,7 @@ pub mod codec;
 pub mod distance_transform;
 pub mod image;
 pub mod mask;
+pub mod normal_map;
 pub mod rounding;
 pub mod sobel;
 pub mod srgb;
@@ -25,4 +26,5 @@ pub mod texture;
 
 pub use self::image::Image;
 pub use self::mask::{Mask, RunLengths};
+pub use self::normal_map::{GreenAxis, normal_map};
 pub use self::texture::Texture;

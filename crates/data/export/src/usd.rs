@@ -21,6 +21,7 @@ pub(super) mod random_layer;
 
 use rayon::prelude::*;
 
+use imaging::GreenAxis;
 use scene::Scene;
 
 use super::settings::UsdForm;
@@ -98,6 +99,10 @@ fn prop_files(scene: &Scene, body: &Body, images: &Images, settings: &ExportSett
         if let Some(texture) = &material.base_color_texture {
             let path = format!("{folder}/{}", material::texture_path(&body.name, material));
             files.push(BundleFile::png(path, texture.png().to_vec(), "usd_texture"));
+        }
+        if let Some(normals) = material.normal_map(GreenAxis::Up) {
+            let path = format!("{folder}/{}", material::normals_path(&body.name, material));
+            files.push(BundleFile::png(path, normals.png().to_vec(), "usd_texture"));
         }
     }
     if let Some(thumbnail) = images.thumbnails.get(&body.name) {

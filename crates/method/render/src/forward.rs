@@ -21,6 +21,7 @@ pub mod prepare;
 pub mod projection;
 pub mod raster;
 pub mod reference;
+pub mod relief;
 pub mod room_light;
 pub mod scene_buffers;
 pub mod shade;

@@ -27,7 +27,7 @@ const LICENCE: &str = "CC0-1.0";
 
 impl MeshGenerator for EmbeddedMeshGenerator {
     fn adapter(&self) -> Adapter {
-        with_catalog(Adapter::new("embedded/mesh_generator", "5", &self.photograph))
+        with_catalog(Adapter::new("embedded/mesh_generator", "6", &self.photograph))
     }
 
     fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {

@@ -2,6 +2,7 @@
 
 use super::{brushed_metal, ceramic_speckle, fabric_weave, granite, marble, wicker, wood_grain};
 use geometry::{Material, Rgb};
+use imaging::Texture;
 use runtime::seed::Rng;
 
 /// Names that [`material_finish`] knows.
@@ -59,7 +60,14 @@ pub fn is_finish(name: &str) -> bool {
 /// The finish of the material `name`. Woods, metals and cork have their own color; the others
 /// (plastic, ceramic, glass, leather, cloth, unknown names) take `fallback_color`.
 pub fn material_finish(name: &str, fallback_color: Rgb, rng: &mut Rng) -> Material {
-    let wood = |color: u32, rng: &mut Rng| Material::textured(name, wood_grain(Rgb::hex(color), rng), 0.55);
+    let wood = |color: u32, rng: &mut Rng| Material {
+        relief: 0.008,
+        ..Material::textured(name, wood_grain(Rgb::hex(color), rng), 0.55)
+    };
+    let rough = |texture: Texture, roughness: f32, relief: f32| Material {
+        relief,
+        ..Material::textured(name, texture, roughness)
+    };
     let metal = |color: u32, roughness: f32, rng: &mut Rng| Material {
         metalness: 1.0,
         ..Material::textured(name, brushed_metal(Rgb::hex(color), rng), roughness)
@@ -83,13 +91,13 @@ pub fn material_finish(name: &str, fallback_color: Rgb, rng: &mut Rng) -> Materi
         "gold" => metal(0xe0_b9_4e, 0.2, rng),
         "glass" => Material { opacity: 0.35, ..Material::plain(name, color, 0.06) },
         "ceramic" | "porcelain" => Material::plain(name, color, 0.2),
-        "stoneware" => Material::textured(name, ceramic_speckle(color, rng), 0.45),
-        "clay" | "terracotta" => Material::textured(name, ceramic_speckle(Rgb::hex(0xb8_66_42), rng), 0.8),
+        "stoneware" => rough(ceramic_speckle(color, rng), 0.45, 0.003),
+        "clay" | "terracotta" => rough(ceramic_speckle(Rgb::hex(0xb8_66_42), rng), 0.8, 0.008),
         "plastic" => Material::plain(name, color, 0.35),
         "rubber" => Material::plain(name, color, 0.8),
-        "leather" => Material::textured(name, granite(color.scaled(1.05), rng), 0.6),
-        "fabric" | "cloth" | "wool" | "felt" => Material::textured(name, fabric_weave(color, rng), 0.95),
-        "cork" => Material::textured(name, granite(Rgb::hex(0xb8_8c_5c), rng), 0.9),
+        "leather" => rough(granite(color.scaled(1.05), rng), 0.6, 0.02),
+        "fabric" | "cloth" | "wool" | "felt" => rough(fabric_weave(color, rng), 0.95, 0.012),
+        "cork" => rough(granite(Rgb::hex(0xb8_8c_5c), rng), 0.9, 0.012),
         "paper" => Material::plain(name, color, 0.9),
         "cardboard" => Material::plain(name, Rgb::hex(0xb8_92_62), 0.9),
         "stone" | "granite" | "concrete" => Material::textured(name, granite(Rgb::hex(0x8a_8a_88), rng), 0.6),
@@ -97,7 +105,7 @@ pub fn material_finish(name: &str, fallback_color: Rgb, rng: &mut Rng) -> Materi
             let texture = marble(Rgb::hex(0xee_ec_e8), Rgb::hex(0x84_84_8a), rng);
             Material::textured(name, texture, 0.2)
         }
-        "wicker" => Material::textured(name, wicker(Rgb::hex(0xb0_7c_44), 16, rng), 0.85),
+        "wicker" => rough(wicker(Rgb::hex(0xb0_7c_44), 16, rng), 0.85, 0.02),
         _ => Material::plain("main", color, 0.45),
     }
 }

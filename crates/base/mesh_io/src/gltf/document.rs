@@ -118,6 +118,8 @@ pub struct Material {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pbr_metallic_roughness: Option<MetallicRoughness>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal_texture: Option<TextureReference>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub alpha_mode: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extras: Option<MaterialExtras>,
@@ -136,12 +138,15 @@ pub struct MetallicRoughness {
     pub roughness_factor: Option<f64>,
 }
 
-/// The sRGB color that the linear factor was computed from, so that it round-trips exactly.
+/// The sRGB color that the linear factor was computed from, so that it round-trips exactly, and the relief that the map
+/// of normals was computed from.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MaterialExtras {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base_color_srgb: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relief: Option<f64>,
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

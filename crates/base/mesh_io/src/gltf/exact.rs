@@ -28,7 +28,9 @@ pub fn reads_back_equal(mesh: &TexturedMesh) -> bool {
     let is_unit = |value: f32| (0.0..=1.0).contains(&value);
     let is_kept = |material: &Material| {
         let [r, g, b] = material.base_color.0;
-        [r, g, b, material.roughness, material.metalness, material.opacity].into_iter().all(is_unit)
+        [r, g, b, material.roughness, material.metalness, material.opacity, material.relief]
+            .into_iter()
+            .all(is_unit)
             && is_name_kept(&material.name)
     };
     let is_drawn = |group: &FaceGroup| {

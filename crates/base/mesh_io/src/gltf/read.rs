@@ -384,6 +384,7 @@ impl Reader<'_> {
             let factor = surface.base_color_factor.unwrap_or([1.0; 4]);
             let exact = material.extras.as_ref().and_then(|extras| extras.base_color_srgb);
             let srgb = exact.unwrap_or([factor[0], factor[1], factor[2]].map(srgb_from_linear));
+            let relief = material.extras.as_ref().and_then(|extras| extras.relief).unwrap_or(0.0);
             let opacity = if material.alpha_mode.as_deref() == Some("BLEND") { factor[3] } else { 1.0 };
             let name = self.unique_name(material.name.as_deref().unwrap_or_default(), index);
             self.mesh.materials.push(Material {
@@ -393,6 +394,7 @@ impl Reader<'_> {
                 roughness: surface.roughness_factor.unwrap_or(1.0).clamp(0.0, 1.0) as f32,
                 metalness: surface.metallic_factor.unwrap_or(1.0).clamp(0.0, 1.0) as f32,
                 opacity: opacity.clamp(0.0, 1.0) as f32,
+                relief: relief.clamp(0.0, 1.0) as f32,
             });
         }
         Ok(())
@@ -484,7 +486,8 @@ pub(super) mod tests {
         let mut glass = Material::plain("glass", Rgb([0.3, 0.71, 0.93]), 0.05);
         glass.opacity = 0.35;
         let mut mesh = TexturedMesh::default();
-        mesh.add(shapes::cylinder(0.04, 0.1, 0.003, 24), &Material::textured("label", texture.into(), 0.6));
+        let label = Material { relief: 0.02, ..Material::textured("label", texture.into(), 0.6) };
+        mesh.add(shapes::cylinder(0.04, 0.1, 0.003, 24), &label);
         mesh.add(shapes::sphere(0.03, 20).translated(DVec3::new(0.1, 0.0, 0.01)), &glass);
         mesh.add(shapes::cone(0.02, 0.01, 0.03, 9), &Material::metal("steel", Rgb::hex(0x8f9499), 0.3));
         mesh.snap_to_f32()

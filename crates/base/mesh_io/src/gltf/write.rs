@@ -4,7 +4,7 @@
 //! textures and equal meshes are stored once. Groups without triangles are left out.
 
 use geometry::{Material, Pose, TexturedMesh};
-use imaging::Texture;
+use imaging::{GreenAxis, Texture};
 
 use super::ROOT_ROTATION_XYZW;
 use super::document as doc;
@@ -133,18 +133,25 @@ impl GlbFile {
 
     fn add_material(&mut self, material: &Material) -> usize {
         let texture = material.base_color_texture.as_ref().map(|texture| self.add_texture(texture));
+        // The file has the image upside down, and up in the file is where green points.
+        let normals = material.normal_map(GreenAxis::Down).map(|map| self.add_texture(&map));
+        let reference = |index: usize| doc::TextureReference { index, tex_coord: None };
         let [r, g, b] = material.base_color.to_linear().map(|c| f64::from(c.clamp(0.0, 1.0)));
         let unit = |value: f32| f64::from(value.clamp(0.0, 1.0));
         self.document.materials.push(doc::Material {
             name: Some(material.name.clone()),
             pbr_metallic_roughness: Some(doc::MetallicRoughness {
                 base_color_factor: Some([r, g, b, unit(material.opacity)]),
-                base_color_texture: texture.map(|index| doc::TextureReference { index, tex_coord: None }),
+                base_color_texture: texture.map(reference),
                 metallic_factor: Some(unit(material.metalness)),
                 roughness_factor: Some(unit(material.roughness)),
             }),
+            normal_texture: normals.map(reference),
             alpha_mode: Some(if material.opacity < 1.0 { "BLEND" } else { "OPAQUE" }.to_owned()),
-            extras: Some(doc::MaterialExtras { base_color_srgb: Some(material.base_color.0.map(f64::from)) }),
+            extras: Some(doc::MaterialExtras {
+                base_color_srgb: Some(material.base_color.0.map(f64::from)),
+                relief: (material.relief > 0.0).then(|| f64::from(material.relief)),
+            }),
         });
         self.document.materials.len() - 1
     }

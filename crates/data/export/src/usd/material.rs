@@ -13,6 +13,11 @@ pub fn texture_path(body: &str, material: &Material) -> String {
     format!("textures/{body}_{}.png", material.name)
 }
 
+/// Path of a material's map of normals, relative to the prop's layer.
+pub fn normals_path(body: &str, material: &Material) -> String {
+    format!("textures/{body}_{}_normals.png", material.name)
+}
+
 /// The scope of a body's materials.
 pub fn materials(body: &Body) -> Prim {
     let mut scope = Prim::new("Scope", MATERIALS);
@@ -39,6 +44,9 @@ fn surface(body: &Body, material: &Material) -> Prim {
         preview.set("inputs:diffuseColor", Value::Color3f(linear_color(material)));
     }
     preview.set("inputs:metallic", Value::Float(material.metalness.clamp(0.0, 1.0)));
+    if material.relief > 0.0 && material.base_color_texture.is_some() {
+        preview.connect("inputs:normal", ValueType::Normal3f, output("normals", "rgb"));
+    }
     preview.set("inputs:opacity", Value::Float(material.opacity.clamp(0.0, 1.0)));
     preview.set("inputs:roughness", Value::Float(material.roughness.clamp(0.0, 1.0)));
     preview.declare("outputs:surface", ValueType::Token);
@@ -56,6 +64,9 @@ fn surface(body: &Body, material: &Material) -> Prim {
         image.set("inputs:wrapT", Value::token("repeat"));
         image.declare("outputs:rgb", ValueType::Float3);
         prim.add(image);
+        if material.relief > 0.0 {
+            prim.add(normals(body, material, output("st", "result")));
+        }
         let mut st = Prim::new("Shader", "st");
         st.set_uniform("info:id", Value::token("UsdPrimvarReader_float2"));
         st.set("inputs:varname", Value::string("st"));
@@ -63,6 +74,21 @@ fn surface(body: &Body, material: &Material) -> Prim {
         prim.add(st);
     }
     prim
+}
+
+/// The shader that reads the map of normals: bytes become components in -1..1.
+fn normals(body: &Body, material: &Material, st: Path) -> Prim {
+    let mut image = Prim::new("Shader", "normals");
+    image.set_uniform("info:id", Value::token("UsdUVTexture"));
+    image.set("inputs:bias", Value::Float4([-1.0, -1.0, -1.0, 0.0]));
+    image.set("inputs:file", Value::asset(&format!("./{}", normals_path(&body.name, material))));
+    image.set("inputs:scale", Value::Float4([2.0, 2.0, 2.0, 1.0]));
+    image.set("inputs:sourceColorSpace", Value::token("raw"));
+    image.connect("inputs:st", ValueType::Float2, st);
+    image.set("inputs:wrapS", Value::token("repeat"));
+    image.set("inputs:wrapT", Value::token("repeat"));
+    image.declare("outputs:rgb", ValueType::Float3);
+    image
 }
 
 fn contact(body: &Body) -> Prim {

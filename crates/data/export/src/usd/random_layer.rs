@@ -123,6 +123,7 @@ fn one_of_each(chance: &mut ChaCha8Rng) -> Vec<Value> {
         Value::Point3f(float3),
         Value::Vector3f(vector(chance)),
         Value::Color3f(vector(chance)),
+        Value::Normal3f(vector(chance)),
         Value::Quatf(Quaternion { w: float(chance), xyz: vector(chance) }),
         Value::Quatd(Quaternion { w: double(chance), xyz: [double(chance), double(chance), double(chance)] }),
         Value::Ints(integers(chance, length)),

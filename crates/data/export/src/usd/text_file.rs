@@ -184,7 +184,11 @@ fn push_value(text: &mut String, value: &Value) {
             text.push('@');
         }
         Value::Float2(values) => push_f32s(text, values),
-        Value::Float3(values) | Value::Point3f(values) | Value::Vector3f(values) | Value::Color3f(values) => {
+        Value::Float3(values)
+        | Value::Point3f(values)
+        | Value::Vector3f(values)
+        | Value::Color3f(values)
+        | Value::Normal3f(values) => {
             push_f32s(text, values);
         }
         Value::Float4(values) => push_f32s(text, values),

@@ -5,6 +5,7 @@ macro_rules! value_types {
     ($($variant:ident($holds:ty) $name:literal,)*) => {
         /// A value of one of the types used in layers of a bundle. Numbers are finite.
         #[derive(Clone, Debug, PartialEq)]
+        #[cfg_attr(not(test), expect(dead_code, reason = "normals of a texture are connected and have no value"))]
         pub enum Value {
             $($variant($holds),)*
         }
@@ -49,6 +50,7 @@ value_types! {
     Point3f([f32; 3]) "point3f",
     Vector3f([f32; 3]) "vector3f",
     Color3f([f32; 3]) "color3f",
+    Normal3f([f32; 3]) "normal3f",
     Quatf(Quaternion<f32>) "quatf",
     Quatd(Quaternion<f64>) "quatd",
     Ints(Vec<i32>) "int[]",

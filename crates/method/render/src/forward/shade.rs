@@ -17,6 +17,7 @@ use super::floor_light::FloorLight;
 use super::partly_open::PartlyOpen;
 use super::prepare::ViewGeometry;
 use super::projection::Lens;
+use super::relief::TextureAxes;
 use super::scene_buffers::{SceneBuffers, SourceTriangle};
 use super::shading_materials::ShadingMaterial;
 use super::sky::SkyNearby;
@@ -80,6 +81,8 @@ pub struct Surface {
     pub flat_normal: Vec3A,
     pub toward_eye: Vec3A,
     pub uv: Vec2,
+    /// Zero where the material has no relief.
+    pub texture_axes: TextureAxes,
     /// Texture repeats squared per square meter.
     pub uv_density: f32,
     /// Number of its material among those of all objects.
@@ -200,6 +203,12 @@ impl<'a> Shader<'a> {
         let uvs = [uvs[i], uvs[j], uvs[k]];
         let uv_area = (uvs[1] - uvs[0]).perp_dot(uvs[2] - uvs[0]).abs();
         let area = hit.sides[0].cross(hit.sides[1]).length();
+        let material = self.surroundings.colors.materials.number(hit.object, triangle.material as usize);
+        let sides = hit.sides.map(|side| self.world_from_camera.transform_vector3a(Vec3A::from(side)));
+        let texture_axes = match self.surroundings.colors.materials.material(material).relief > 0.0 {
+            true => TextureAxes::new(sides, [uvs[1] - uvs[0], uvs[2] - uvs[0]]),
+            false => TextureAxes::default(),
+        };
         Surface {
             point: self.world_from_camera.transform_point3a(Vec3A::from(hit.in_camera)),
             normal: self.smooth_normal(&hit, flat_normal),
@@ -207,7 +216,8 @@ impl<'a> Shader<'a> {
             toward_eye,
             uv: (0..3).fold(Vec2::ZERO, |sum, k| sum + hit.weights[k] * uvs[k]),
             uv_density: uv_area / area.max(1e-20),
-            material: self.surroundings.colors.materials.number(hit.object, triangle.material as usize),
+            texture_axes,
+            material,
             object: hit.object,
         }
     }
@@ -254,7 +264,8 @@ impl<'a> Shader<'a> {
         let Surroundings { environment, colors, .. } = self.surroundings;
         let ambient = nearby.at(environment, (s.point, s.flat_normal, s.normal), pixel_size_m);
         let wear = self.wear(s, pixel_size_m);
-        let incidence = self.incidence(s, &ambient, wear.roughness, reaching);
+        let incidence =
+            self.incidence(s, self.normal_in_relief(s, pixel_size_m), &ambient, wear.roughness, reaching);
         let material = colors.material(s);
         let mut albedo = colors.albedo(s, pixel_size_m);
         if material.texture.is_none() {
@@ -286,7 +297,8 @@ impl<'a> Shader<'a> {
         let environment = &self.surroundings.environment;
         let ambient = environment.ambient(s.point, s.flat_normal, s.normal);
         let wear = self.wear(s, pixel_size_m);
-        let incidence = self.incidence(s, &ambient, wear.roughness, || {
+        let normal = self.normal_in_relief(s, pixel_size_m);
+        let incidence = self.incidence(s, normal, &ambient, wear.roughness, || {
             environment.key_visibility(s.point, s.flat_normal, turn)
         });
         let mut light = [Vec3::ZERO; SETS];
@@ -319,7 +331,7 @@ impl<'a> Shader<'a> {
         let environment = &self.surroundings.environment;
         let ambient = environment.ambient(s.point, s.flat_normal, s.normal);
         let reaching = || environment.key_visibility(s.point, s.flat_normal, turn);
-        let incidence = self.incidence(s, &ambient, 1.0, reaching);
+        let incidence = self.incidence(s, s.normal, &ambient, 1.0, reaching);
         let facing = s.normal.dot(s.toward_eye).clamp(0.0, 1.0);
         let grazing = (1.0 - facing).powi(3);
         let rim = environment.room.as_ref().map(|room| room.refracted(s, &ambient));
@@ -348,12 +360,27 @@ impl<'a> Shader<'a> {
         blended
     }
 
-    /// `wear` is a factor on the roughness.
-    fn incidence(&self, s: &Surface, ambient: &Ambient, wear: f32, reaching: impl Fn() -> Vec3) -> Incidence {
+    /// Unit normal with the relief of the material, which images outside of rooms do not show.
+    fn normal_in_relief(&self, s: &Surface, pixel_size_m: f32) -> Vec3A {
+        match self.surroundings.environment.room {
+            Some(_) => self.surroundings.colors.normal(s, pixel_size_m),
+            None => s.normal,
+        }
+    }
+
+    /// `n` is the unit normal, `wear` a factor on the roughness.
+    fn incidence(
+        &self,
+        s: &Surface,
+        n: Vec3A,
+        ambient: &Ambient,
+        wear: f32,
+        reaching: impl Fn() -> Vec3,
+    ) -> Incidence {
         let Surroundings { environment, colors, .. } = self.surroundings;
         let roughness = (colors.material(s).roughness * wear).min(1.0);
         let lighting = &environment.lighting;
-        let (n, v, l) = (s.normal, s.toward_eye, environment.toward_key);
+        let (v, l) = (s.toward_eye, environment.toward_key);
         let nv = n.dot(v).clamp(0.02, 1.0);
         // The flat normal fades the light out before the flat face turns away from it, where the smooth normal alone
         // would end in a hard edge of facets.

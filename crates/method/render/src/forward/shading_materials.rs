@@ -14,6 +14,8 @@ pub struct ShadingMaterial {
     pub roughness: f32,
     pub metalness: f32,
     pub opacity: f32,
+    /// Height of white over black in the texture, as a share of the texture's repeat.
+    pub relief: f32,
 }
 
 /// Shading materials of all objects, one object after another.
@@ -43,6 +45,7 @@ impl<'a> ShadingMaterials<'a> {
                     roughness: material.roughness.clamp(0.03, 1.0),
                     metalness: material.metalness.clamp(0.0, 1.0),
                     opacity: material.opacity.clamp(0.0, 1.0),
+                    relief: if texture.is_some() { material.relief.clamp(0.0, 1.0) } else { 0.0 },
                 });
             }
         }

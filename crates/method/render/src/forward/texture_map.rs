@@ -19,6 +19,11 @@ impl<'a> TextureMap<'a> {
         Self { levels, linear: &LINEAR_OF_SRGB }
     }
 
+    /// Width and height of the full image, texels.
+    pub fn side_texels(&self) -> glam::Vec2 {
+        glam::Vec2::new(self.levels[0].width_px() as f32, self.levels[0].height_px() as f32)
+    }
+
     /// Number of texels of the full image.
     pub fn area_texels(&self) -> f32 {
         (self.levels[0].width_px() * self.levels[0].height_px()) as f32

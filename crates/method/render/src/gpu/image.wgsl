@@ -26,6 +26,8 @@ fn shown(
     var receives = false;
     var lit_point: vec3<f32>;
     var lit_normal = vec3(0.0, 0.0, 1.0);
+    // Without the relief.
+    var smoothed: vec3<f32>;
     var nl = 0.0;
     var reaching = vec3(0.0);
     if index == NOTHING {
@@ -35,6 +37,10 @@ fn shown(
         receives = place.receives;
     } else {
         s = surface_at(index, p);
+        smoothed = s.normal;
+        if !layered {
+            s.normal = normal_in_relief(s, material_at(s.material), seen_px_m);
+        }
         lit_point = s.point;
         lit_normal = s.flat_normal;
         nl = key_cosine(s);
@@ -60,7 +66,7 @@ fn shown(
     var neighborhood = *nearby;
     // Light on glass is not carried over.
     neighborhood.known = neighborhood.known && !layered;
-    let around = ambient_nearby(&neighborhood, s.point, s.flat_normal, s.normal, seen_px_m);
+    let around = ambient_nearby(&neighborhood, s.point, s.flat_normal, smoothed, seen_px_m);
     let light = reflected(s, material, albedo, nl, reaching, around);
     if layered {
         return glass(s, material, albedo, light, around);

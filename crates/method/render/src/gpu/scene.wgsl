@@ -5,7 +5,7 @@
 
 const VERTEX_WORDS = 8u;
 const TRIANGLE_WORDS = 8u;
-const MATERIAL_WORDS = 20u;
+const MATERIAL_WORDS = 21u;
 
 const ONE_SIDED = 1u;
 const TRANSPARENT = 2u;

@@ -78,6 +78,7 @@ pub fn scene_words(
             words.push_floats([material.metalness, material.opacity]);
             words.push([material.texture.map_or(0, |texture| textures[texture]), object.id]);
             words.push_rows(object_from_world(object));
+            words.push_floats([material.relief]);
         }
     }
     layout.disks_at = words.count();

@@ -7,6 +7,8 @@ struct Material {
     opacity: f32,
     // Where it lies; 0: none.
     texture: u32,
+    // Height of white over black in the texture, as a share of the texture's repeat.
+    relief: f32,
 }
 
 struct Surface {
@@ -17,6 +19,9 @@ struct Surface {
     flat_normal: vec3<f32>,
     toward_eye: vec3<f32>,
     uv: vec2<f32>,
+    // Unit directions in which u and v grow.
+    u_axis: vec3<f32>,
+    v_axis: vec3<f32>,
     // Texture repeats squared per square meter.
     uv_density: f32,
     material: u32,
@@ -37,6 +42,7 @@ fn material_at(index: u32) -> Material {
     let at = job.materials_at + index * MATERIAL_WORDS;
     return Material(
         scene_vec3(at), scene_f32(at + 3u), scene_f32(at + 4u), scene_f32(at + 5u), scene[at + 6u],
+        scene_f32(at + 20u),
     );
 }
 
@@ -55,12 +61,15 @@ fn surface_at(index: u32, p: vec2<f32>) -> Surface {
     let c = uv_of(triangle.vertices.z);
     let uv_area = abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
     let area = length(cross(found.sides[0], found.sides[1]));
+    let axes = texture_axes(found.sides, b - a, c - a);
     return Surface(
         moved(job.world_from_camera, found.in_camera),
         smooth_normal(triangle, found.weights, flat_normal),
         flat_normal,
         eye,
         found.weights.x * a + found.weights.y * b + found.weights.z * c,
+        turned(job.world_from_camera, axes[0]),
+        turned(job.world_from_camera, axes[1]),
         uv_area / max(area, 1e-20),
         triangle.material,
     );
@@ -73,13 +82,37 @@ fn continues(a: u32, b: u32) -> bool {
     return p.material == q.material && dot(p.facing, q.facing) > 0.965;
 }
 
+// Level of the mipmap for a pixel of that size.
+fn texture_level(s: Surface, material: Material, pixel_size_m: f32) -> f32 {
+    let facing = max(dot(s.flat_normal, s.toward_eye), 0.05);
+    let texels = s.uv_density * scene_f32(material.texture) * pixel_size_m * pixel_size_m / facing;
+    return 0.5 * log2(max(texels, 1.0)) - 0.25;
+}
+
 fn albedo_of(s: Surface, material: Material, pixel_size_m: f32) -> vec3<f32> {
     if material.texture == 0u {
         return material.base_color;
     }
-    let facing = max(dot(s.flat_normal, s.toward_eye), 0.05);
-    let texels = s.uv_density * scene_f32(material.texture) * pixel_size_m * pixel_size_m / facing;
-    return material.base_color * texture_color(material.texture, s.uv, 0.5 * log2(max(texels, 1.0)) - 0.25);
+    return material.base_color * texture_color(material.texture, s.uv, texture_level(s, material, pixel_size_m));
+}
+
+// Unit normal with the relief of the material, relief.rs's, which images outside of rooms do not show.
+fn normal_in_relief(s: Surface, material: Material, pixel_size_m: f32) -> vec3<f32> {
+    if job.has_room == 0u || material.relief <= 0.0 || material.texture == 0u {
+        return s.normal;
+    }
+    let level = max(texture_level(s, material, pixel_size_m), 1.0);
+    let full = level_at(material.texture, 0u);
+    let step = 0.5 * exp2(level) / vec2(f32(full.width), f32(full.height));
+    var heights = vec4(0.0);
+    for (var k = 0u; k < 4u; k++) {
+        let toward = select(-1.0, 1.0, (k & 1u) == 0u);
+        let offset = select(vec2(0.0, toward * step.y), vec2(toward * step.x, 0.0), k < 2u);
+        heights[k] = dot(texture_color(material.texture, s.uv + offset, level), vec3(0.2126, 0.7152, 0.0722));
+    }
+    let slope = 0.5 * material.relief * vec2(heights.x - heights.y, heights.z - heights.w) / step;
+    let rise = slope.x * s.u_axis + slope.y * s.v_axis;
+    return unit_or(s.normal - (rise - dot(rise, s.normal) * s.normal), s.normal);
 }
 
 fn fifth(x: f32) -> f32 {

@@ -49,6 +49,17 @@ fn unit_or(v: vec3<f32>, otherwise: vec3<f32>) -> vec3<f32> {
     return otherwise;
 }
 
+// Unit directions in which texture coordinates grow on a triangle, zero where the texture has no area.
+fn texture_axes(sides: array<vec3<f32>, 2>, along: vec2<f32>, across: vec2<f32>) -> array<vec3<f32>, 2> {
+    let normal = cross(sides[0], sides[1]);
+    let first = cross(sides[1], normal);
+    let second = cross(normal, sides[0]);
+    return array(
+        unit_or(along.x * first + across.x * second, vec3(0.0)),
+        unit_or(along.y * first + across.y * second, vec3(0.0)),
+    );
+}
+
 fn turned_toward(v: vec3<f32>, side: vec3<f32>) -> vec3<f32> {
     return select(v, -v, dot(v, side) < 0.0);
 }

@@ -6,7 +6,8 @@ use super::bvh::{Bvh, FAR, Met};
 use super::glass;
 use crate::RenderObject;
 use crate::forward::one_sided::shows_no_backs;
-use crate::forward::scene_buffers::SceneBuffers;
+use crate::forward::relief::{TextureAxes, slope};
+use crate::forward::scene_buffers::{SceneBuffers, SourceTriangle};
 use crate::forward::shading_materials::{ShadingMaterial, ShadingMaterials};
 use crate::forward::texture_map::TextureMap;
 
@@ -100,11 +101,29 @@ impl<'a> TracedScene<'a> {
         let object = triangle.object as usize;
         let material = self.materials.material(self.materials.number(object, triangle.material as usize));
         let Some(texture) = material.texture else { return (material, material.base_color) };
-        let (mesh, first) =
-            (self.scene_buffers.objects[object].mesh, self.scene_buffers.first_vertex[object]);
-        let [a, b, c] = triangle.vertices.map(|v| mesh.uvs[(v - first) as usize]);
+        let [a, b, c] = self.uvs(triangle);
         let uv: Vec2 = a + met.u * (b - a) + met.v * (c - a);
         (material, material.base_color * self.textures[texture].sample(uv, 0.0))
+    }
+
+    /// Texture coordinates of the corners of a triangle.
+    fn uvs(&self, triangle: &SourceTriangle) -> [Vec2; 3] {
+        let object = triangle.object as usize;
+        let (mesh, first) =
+            (self.scene_buffers.objects[object].mesh, self.scene_buffers.first_vertex[object]);
+        triangle.vertices.map(|v| mesh.uvs[(v - first) as usize])
+    }
+
+    /// A unit normal with the relief of the material.
+    fn in_relief(&self, met: &Met, corners: [Vec3A; 3], normal: Vec3A) -> Vec3A {
+        let triangle = &self.scene_buffers.triangles[met.triangle as usize];
+        let number = self.materials.number(triangle.object as usize, triangle.material as usize);
+        let material = self.materials.material(number);
+        let Some(texture) = material.texture.filter(|_| material.relief > 0.0) else { return normal };
+        let [a, b, c] = self.uvs(triangle);
+        let axes = TextureAxes::new([corners[1] - corners[0], corners[2] - corners[0]], [b - a, c - a]);
+        let uv = a + met.u * (b - a) + met.v * (c - a);
+        axes.leaned(normal, slope(&self.textures[texture], material.relief, uv, 0.0))
     }
 
     fn surface(&self, met: &Met, direction: Vec3A) -> TracedSurface<'_> {
@@ -126,10 +145,11 @@ impl<'a> TracedScene<'a> {
         let smooth = (0..3).fold(Vec3A::ZERO, |sum, k| sum + weights[k] * normals[k]);
         let toward_eye = -direction;
         let (material, albedo) = self.color(met);
+        let smooth = self.in_relief(met, corners, smooth.normalize_or(flat_normal));
         TracedSurface {
             point,
             flat_normal,
-            normal: above(smooth.normalize_or(flat_normal), toward_eye),
+            normal: above(smooth, toward_eye),
             toward_eye,
             is_front,
             albedo,

@@ -15,6 +15,18 @@ use scene::RelationKind;
 pub(super) struct Themes {
     pub theme: Vec<Theme>,
     pub vague: Vec<VagueSet>,
+    #[serde(rename = "finish")]
+    finishes: Vec<PlaceFinishes>,
+}
+
+/// Finishes of tables in a place.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlaceFinishes {
+    /// Phrases that name the place, or who works there.
+    words: Vec<String>,
+    /// Materials of tables; one that occurs twice is chosen twice as often.
+    materials: Vec<String>,
 }
 
 /// A scene theme: its tables and typical objects.
@@ -84,6 +96,13 @@ static THEMES: LazyLock<Themes> = LazyLock::new(|| {
 });
 
 impl Themes {
+    /// Materials that tables have where the text takes place; none where it names no place that is known. The first
+    /// place of the list counts.
+    pub fn table_materials(&self, text: &str) -> &[String] {
+        let named = |place: &&PlaceFinishes| place.words.iter().any(|phrase| has_phrase(text, phrase));
+        self.finishes.iter().find(named).map_or(&[], |place| &place.materials)
+    }
+
     /// Whether the word occurs in a phrase that names or suggests a theme.
     pub fn has_word(&self, word: &str) -> bool {
         self.theme
@@ -180,6 +199,16 @@ impl VagueSet {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tables_have_the_finishes_of_their_place() {
+        let themes = themes();
+        assert!(themes.table_materials("a laboratory bench with a microscope").contains(&"white".to_owned()));
+        assert_eq!(themes.table_materials("a table with a barometer"), <[String; 0]>::default());
+        for material in themes.finishes.iter().flat_map(|place| &place.materials) {
+            assert!(catalog::TABLE_MATERIALS.contains(&material.as_str()), "{material}");
+        }
+    }
 
     #[test]
     fn themes_parse_and_cover_all_families() {

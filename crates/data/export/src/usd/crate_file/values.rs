@@ -36,7 +36,8 @@ impl CrateFile {
             Value::Float3(values)
             | Value::Point3f(values)
             | Value::Vector3f(values)
-            | Value::Color3f(values) => self.heap.floats(CrateType::Vec3f, values),
+            | Value::Color3f(values)
+            | Value::Normal3f(values) => self.heap.floats(CrateType::Vec3f, values),
             Value::Float4(values) => self.heap.floats(CrateType::Vec4f, values),
             Value::Double3(values) => self.heap.doubles(CrateType::Vec3d, values),
             Value::Quatf(quaternion) => self.heap.quaternion_f32(*quaternion),
