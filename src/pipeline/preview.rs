@@ -172,7 +172,7 @@ impl<'a> Studio<'a> {
     }
 
     fn daylight(&self, azimuth_rad: f64, room: &Room) -> (Lighting, Background) {
-        let lighting = self.turned(Lighting::daylight(azimuth_rad - 0.7, 0.95)).exposed_for(room);
+        let lighting = self.turned(Lighting::daylight(azimuth_rad - 0.7, 0.8)).exposed_for(room);
         (lighting, Background::in_room(*room))
     }
 

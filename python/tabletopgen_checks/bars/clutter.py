@@ -113,7 +113,7 @@ def measured(binary, environment, folder, text, seed, density) -> Made:
     scene.contacts, scene.touching = found["mean_contacts"], found["touching"]
     scene.covered, scene.hidden = found["covered_share"], found["hidden_share"]
     stages = [stage for stage in run.printed["stages"] if stage["stage"] == "clutter"]
-    scene.stage_s = sum(stage["computed_ms"] for stage in stages) / 1000.0
+    scene.stage_s = sum(stage["work_ms"] for stage in stages) / 1000.0
     verdict = judge(environment, [bundle], dss_bar=0.0, only=["mjcf"])["bundles"][str(bundle.resolve())]["mjcf"]
     scene.stable = verdict["facts"].get("stable", 0)
     scene.movable = verdict["facts"].get("movable", scene.objects)

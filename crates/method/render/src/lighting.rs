@@ -43,8 +43,8 @@ impl Lighting {
 
     /// Sunlight through a window of a [`Room`], from where [`Self::studio`] has its soft box.
     pub fn daylight(azimuth_rad: f64, elevation_rad: f64) -> Self {
-        let studio = Self::studio(azimuth_rad, elevation_rad, 0.6);
-        Self { key_color: Vec3::new(0.80, 0.765, 0.705), ..studio }
+        let studio = Self::studio(azimuth_rad, elevation_rad, 0.28);
+        Self { key_color: Vec3::new(1.12, 1.06, 0.96), ..studio }
     }
 
     /// The same light with the exposure that the tabletop of a room needs.

@@ -34,7 +34,7 @@ pub struct RoomLight {
 }
 
 /// Radiance of windows, and of a white wall and ceiling.
-const WINDOW: Vec3 = Vec3::new(5.8, 6.0, 6.2);
+const WINDOW: Vec3 = Vec3::new(4.4, 4.6, 4.8);
 const WHITE_WALL: f32 = 0.5;
 const CEILING: Vec3 = Vec3::new(0.55, 0.545, 0.53);
 /// Light on the floor around the scene, as a share of that on the tabletop.
@@ -44,7 +44,7 @@ pub const WALL_SHARE: f32 = 0.85;
 /// Radiance of a tabletop that is exposed as it is; darker ones are exposed longer, lighter ones shorter.
 const EXPOSED_AS_IS: f32 = 0.2;
 /// Share of a difference in brightness, in stops, that exposure makes up for.
-const COMPENSATED: f32 = 0.25;
+const COMPENSATED: f32 = 0.35;
 /// Share of the tabletop's saturation that mirrors show: its own sheen, which is white, is part of what they mirror.
 const MIRRORED_SATURATION: f32 = 0.6;
 
@@ -79,7 +79,7 @@ impl RoomLight {
 
     /// Factor on light that exposes the tabletop well: the darker it is, the longer.
     pub fn exposure(&self) -> f32 {
-        (EXPOSED_AS_IS / luminance(self.open_tabletop).max(0.01)).powf(COMPENSATED).clamp(0.78, 1.3)
+        (EXPOSED_AS_IS / luminance(self.open_tabletop).max(0.01)).powf(COMPENSATED).clamp(0.55, 1.3)
     }
 
     /// Radiance of what is above the horizon.
