@@ -45,8 +45,8 @@ def program() -> Path:
     if on_path := shutil.which("tabletopgen"):
         return Path(on_path)
     raise ProgramMissingError(
-        "no program `tabletopgen` was found to start a local server with. Install the wheel for this platform "
-        "(pip install tabletopgen), put the program on PATH, or name a server: Client(url=...) or TABLETOPGEN_URL"
+        "no program `tabletopgen` was found. Install the wheel for this platform (pip install tabletopgen), or put the "
+        "program on PATH; a client without it names a server: Client(url=...) or TABLETOPGEN_URL"
     )
 
 
