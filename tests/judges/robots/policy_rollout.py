@@ -3,27 +3,33 @@
     policy_rollout.py PROGRAM BUNDLE EXECUTION STARTS WEIGHTS [--every FRAMES] [--seconds S] [--only N]
 
 EXECUTION is what `PROGRAM execute --bundle BUNDLE --out EXECUTION` wrote with the robot of the policy: its MJCF is
-used. STARTS is a dataset of the format `parquet-png`: of its episodes only the beginnings are taken, objects with their
-masses and frictions and the joints of the arm. The base stands where it stood in training. What the policy asks for in
-a frame is reached straight within it. Prints one line of JSON for each episode.
+used. STARTS is a dataset of episodes of which only the beginnings are taken, objects with their masses and frictions
+and the joints of the arm. The base stands where it stood in training. All of that is an environment of the package
+`tabletopgen` (clients/python). Prints one line of JSON for each episode.
 """
 
 import argparse
 import json
+import tempfile
+from contextlib import closing
+from dataclasses import asdict
 from pathlib import Path
 
-import mujoco
 import numpy as np
-import pyarrow.parquet as parquet
 
-from policy_observation import Chain, base_from_objects, observed
-from replay import REST_S, judged
-from replay_dataset import Episode, opening_per_position
+from policy_observation import Chain, observed
+from replay import found
+from tabletopgen.env import EnvironmentFolder, SceneEnv
+from tabletopgen.env.folder import scene_with_robot, stand_at, write_environment
+from tabletopgen.env.poses import to_record
+from tabletopgen.env.recorded_dataset import RecordedDataset
 
 # An object that has risen by this, and still stands as it did, has been lifted: one that falls over may rise, too.
 LIFTED_M = 0.03
 # The largest angle of an upright object.
 UPRIGHT_RAD = 0.5
+# What the policy asked for last is held for this long: tasks want objects to rest.
+HOLD_S = 2.0
 
 
 class Policy:
@@ -48,54 +54,56 @@ class Policy:
         return chunk
 
 
-class Rollout(Episode):
-    """The robot at the start of an episode, driven by a policy."""
+class Rollout:
+    """A policy that drives the robot of an environment."""
 
-    def __init__(self, execution: Path, record: dict, state: np.ndarray, policy: Policy, chain: Chain, every: int):
-        at_start = np.concatenate([state[: len(policy.joints)], [state[-2]]])[None]
-        super().__init__(execution, record, state[None], at_start, [*policy.joints, "gripper_opening"])
-        motion = json.loads((execution / "trajectory.json").read_text())
-        self.opening_per_position = opening_per_position(motion)
-        self.policy, self.chain, self.every, self.frame_s = policy, chain, every, 1.0 / record["fps"]
-        self.seen_objects = base_from_objects(record, policy.arrays["world_from_base"])[None]
-        self.moved = record["task"]["goal"][0]["object"]
-        self.start_m = self.data.body(self.moved).xpos.copy()
-        self.up = self.data.body(self.moved).xmat.reshape(3, 3)[2].copy()
-        self.last, self.frames, self.risen_m = at_start[0], 0, 0.0
+    def __init__(self, env: SceneEnv, policy: Policy, chain: Chain, every: int):
+        self.env, self.policy, self.chain, self.every = env, policy, chain, every
+        self.goal = env.task["goal"][0]
+
+    def run(self, start: int, seconds: float) -> dict:
+        """What the policy achieves from a start in this time."""
+        self.seen, self.info = self.env.reset(options={"start": start})
+        self.begin()
+        steps = round(seconds / self.env.step_s)
+        while steps > 0 and not self.info["is_success"]:
+            chunk = self.policy.targets(*self.observed())[: min(self.every, steps)]
+            steps -= len(chunk)
+            self.follow(chunk)
+        self.follow(np.repeat(chunk[-1:], round(HOLD_S / self.env.step_s), axis=0))
+        verdict = asdict(self.env.verdict())
+        outcome = "success" if self.info["is_success"] else self.failure()
+        return {"episode": self.info_at_start["episode"], "outcome": outcome, "risen_m": self.risen_m, **verdict}
+
+    def begin(self) -> None:
+        """Sees the objects of the task, once."""
+        simulation = self.env.simulation
+        base_from_world = np.linalg.inv(self.policy.arrays["world_from_base"])
+        self.info_at_start, self.risen_m = self.info, 0.0
+        self.seen_objects = np.array([[base_from_world @ simulation.matrix(self.goal[key]) for key in ("object", "target")]])
+        self.start = simulation.matrix(self.goal["object"])
 
     def observed(self) -> tuple:
-        positions = np.array([self.data.joint(self.prefix + name).qpos[0] for name in self.joints])
-        finger = abs(self.data.joint(self.prefix + self.gripper).qpos[0])
-        opening = np.array([finger * self.opening_per_position])
-        return observed(self.chain, positions[None], opening, self.seen_objects)[0], positions
+        """What the policy sees, and the positions of the joints."""
+        positions, opening = self.measured()
+        return observed(self.chain, positions[None], np.array([opening]), self.seen_objects)[0], positions
 
-    def run(self, seconds: float) -> None:
-        while self.frames * self.frame_s < seconds:
-            chunk = self.policy.targets(*self.observed())
-            for wanted in chunk[: self.every]:
-                self.follow(wanted)
-        self.hold(REST_S)
+    def measured(self) -> tuple:
+        """Positions of the joints, and the opening."""
+        state = self.seen["observation.state"].astype(float)
+        return state[: len(self.policy.joints)], state[self.env.state_names.index("gripper_opening_m")]
 
-    def follow(self, wanted: np.ndarray) -> None:
-        began_s = self.data.time
-        self.frames += 1
-        while self.data.time < self.frames * self.frame_s - 1e-9:
-            share = (self.data.time - began_s) / self.frame_s
-            self.send(self.last + share * (wanted - self.last))
-        self.last = wanted
-        if self.turned_rad() < UPRIGHT_RAD:
-            self.risen_m = max(self.risen_m, float(self.data.body(self.moved).xpos[2] - self.start_m[2]))
+    def follow(self, chunk: np.ndarray) -> None:
+        """Takes actions until the task is done."""
+        for wanted in chunk:
+            if self.info["is_success"]:
+                return
+            self.seen, _, _, _, self.info = self.env.step(wanted.astype(np.float32))
+            if self.turned_rad() < UPRIGHT_RAD:
+                self.risen_m = max(self.risen_m, float(self.moved()[2, 3] - self.start[2, 3]))
 
-    def hold(self, seconds: float) -> None:
-        until_s = self.data.time + seconds
-        while self.data.time < until_s:
-            self.send(self.last)
-
-    def send(self, wanted: np.ndarray) -> None:
-        for name, target in zip(self.joints, wanted[:-1], strict=True):
-            self.data.actuator(self.prefix + name).ctrl[0] = target
-        self.data.actuator(self.prefix + self.gripper).ctrl[0] = wanted[-1] / self.opening_per_position
-        mujoco.mj_step(self.model, self.data)
+    def moved(self) -> np.ndarray:
+        return self.env.simulation.matrix(self.goal["object"])
 
     def failure(self) -> str:
         """How a task that is not done went wrong."""
@@ -105,41 +113,39 @@ class Rollout(Episode):
         return "lifted, but not at its place" if is_upright else "fell over after it was lifted"
 
     def turned_rad(self) -> float:
-        """How far the object is turned from upright."""
-        return float(np.arccos(np.clip(self.data.body(self.moved).xmat.reshape(3, 3)[2] @ self.up, -1.0, 1.0)))
+        """How far the object is turned from upright, about horizontal axes."""
+        return float(np.arccos(np.clip(self.moved()[2, :3] @ self.start[2, :3], -1.0, 1.0)))
+
+
+def arguments(described: str, *more: str, every: int) -> argparse.Namespace:
+    """Those of the command line."""
+    parser = argparse.ArgumentParser(description=described.splitlines()[0])
+    parser.add_argument("program", type=found)
+    for name in ("bundle", "execution", "starts", "weights", *more):
+        parser.add_argument(name, type=Path)
+    parser.add_argument("--every", type=int, default=every, help="frames until the policy is asked again")
+    parser.add_argument("--seconds", type=float, default=9.0)
+    parser.add_argument("--only", type=int, default=0, help="the first so many, or all")
+    return parser.parse_args()
+
+
+def environment(folder: str, given: argparse.Namespace, policy: Policy) -> EnvironmentFolder:
+    """Writes the environment of the starts, with the base where it stood in training."""
+    written = write_environment(Path(folder), given.bundle, given.execution, RecordedDataset(given.starts))
+    stand_at(scene_with_robot(written.folder / "mjcf"), to_record(policy.arrays["world_from_base"]))
+    return written
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("program")
-    parser.add_argument("bundle")
-    for name in ("execution", "starts", "weights"):
-        parser.add_argument(name, type=Path)
-    parser.add_argument("--every", type=int, default=8, help="frames until the policy is asked again")
-    parser.add_argument("--seconds", type=float, default=9.0)
-    parser.add_argument("--only", type=int, default=0, help="the first so many, or all")
-    given = parser.parse_args()
+    given = arguments(__doc__, every=8)
     policy = Policy(given.weights)
     chain = Chain(given.execution / "mjcf" / "panda.xml", policy.joints)
-    root = given.starts / "parquet-png"
-    for line in (root / "records.jsonl").read_text().splitlines()[: given.only or None]:
-        entry = json.loads(line)
-        index, record = entry["episode_index"], entry["record"]
-        frames = parquet.read_table(root / "episodes" / f"episode_{index:06d}" / "frames.parquet")
-        state = np.array(frames["observation.state"][0].as_py())
-        record["world_from_base"] = pose_record(policy.arrays["world_from_base"])
-        rollout = Rollout(given.execution, record, state, policy, chain, given.every)
-        rollout.run(given.seconds)
-        verdict = judged(given.program, given.bundle, given.execution, rollout.state())
-        outcome = "success" if verdict["reached"] else rollout.failure()
-        print(json.dumps({"episode": index, "outcome": outcome, "risen_m": rollout.risen_m, **verdict}), flush=True)
-
-
-def pose_record(matrix: np.ndarray) -> dict:
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, matrix[:3, :3].ravel())
-    w, x, y, z = map(float, quaternion)
-    return {"translation_m": matrix[:3, 3].tolist(), "rotation_xyzw": [x, y, z, w]}
+    with tempfile.TemporaryDirectory() as folder:
+        environment(folder, given, policy)
+        with closing(SceneEnv(folder=folder, images=False, program=given.program)) as env:
+            rollout = Rollout(env, policy, chain, given.every)
+            for start in range(len(env.starts))[: given.only or None]:
+                print(json.dumps(rollout.run(start, given.seconds)), flush=True)
 
 
 if __name__ == "__main__":
