@@ -32,6 +32,7 @@ DEPENDS_ON = (
     "config/robots", "crates/data/demonstrations", "crates/data/episodes", "crates/method/manipulation",
     "crates/method/physics", "crates/method/render", "crates/method/robot", "crates/data/video",
     "tests/judges/episodes", "tests/judges/robots/replay_dataset.py",
+    "clients/python/src/tabletopgen/env",
 )
 SENTENCE, SCENE_SEED = "A kitchen table with a carrot, a gray bowl, a banana, a mug and two plates", 11
 TASK = "put the carrot in the bowl"

@@ -28,6 +28,7 @@ DEPENDS_ON = (
     "crates/method/physics", "crates/method/render", "crates/method/robot", "tests/judges/robots/policy_observation.py",
     "tests/judges/robots/policy_rollout.py", "tests/judges/robots/policy_rollout_images.py",
     "tests/judges/robots/policy_training.py", "tests/judges/robots/policy_training_images.py",
+    "clients/python/src/tabletopgen/env",
 )
 SENTENCE, SCENE_SEED = "A small table with a can and a plate", 3
 TASK = "put the can on the plate"

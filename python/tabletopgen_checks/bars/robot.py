@@ -40,7 +40,7 @@ from tabletopgen_checks.virtual_environment import environment_of
 DEPENDS_ON = (
     "config/robots", "crates/base/geometry", "crates/method/manipulation", "crates/method/physics",
     "crates/method/robot", "crates/method/tasks", "src/pipeline/rehearse", "src/pipeline/rehearse.rs",
-    "tests/judges/robots/replay.py",
+    "tests/judges/robots/replay.py", "clients/python/src/tabletopgen/env",
 )
 CHECK_BDDL = JUDGES / "tasks" / "check_bddl.py"
 # The bars.
