@@ -367,7 +367,8 @@ mod tests {
             let quality =
                 RenderSettings { supersampling: 1, shadow_map_px: 64, sky_directions: 4, sky_map_px: 16 };
             let studio = Studio::new(&bodies, &quality);
-            let frame = studio.scene_cache.measure(&View::Perspective(studio.hero_camera(320)));
+            let frame =
+                studio.scene_cache.measure(&View::Perspective(studio.hero_camera(HERO_AZIMUTHS_RAD[0], 320)));
             let covered = frame.ids.iter().filter(|id| **id > 1).count();
             let share = covered as f64 / frame.ids.len() as f64;
             assert!(share > min_share, "{} objects cover {share:.2}", places.len());
