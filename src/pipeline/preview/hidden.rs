@@ -10,7 +10,7 @@ const WIDTH_PX: u32 = 320;
 const SMALL_WIDTH_PX: u32 = 120;
 
 /// Hidden share of an object up to which it is seen well.
-const SEEN_WELL: f64 = 0.5;
+const SEEN_WELL: f64 = 0.25;
 
 /// Shares of one body's pixels that other bodies hide, 0..1.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -207,13 +207,19 @@ fn radius(footprint: &[DVec2]) -> f64 {
     footprint.iter().map(|p| (*p - center).length()).fold(0.0, f64::max)
 }
 
+/// Shortest side of a footprint that separates it from another, meters.
+const MIN_SIDE_M: f64 = 1e-6;
+
 /// Distance between two counter-clockwise convex polygons along the best of their side normals: a lower bound of
 /// the true distance, negative where they overlap.
 fn separation(a: &[DVec2], b: &[DVec2]) -> f64 {
     let along = |a: &[DVec2], b: &[DVec2]| {
         (0..a.len())
-            .map(|k| {
-                let outward = -(a[(k + 1) % a.len()] - a[k]).perp().normalize_or_zero();
+            .map(|k| (k, a[(k + 1) % a.len()] - a[k]))
+            // The direction of a shorter side is that of rounding.
+            .filter(|(_, side)| side.length() > MIN_SIDE_M)
+            .map(|(k, side)| {
+                let outward = -side.perp().normalize_or_zero();
                 b.iter().map(|p| outward.dot(*p - a[k])).fold(f64::INFINITY, f64::min)
             })
             .fold(f64::NEG_INFINITY, f64::max)
@@ -240,5 +246,9 @@ mod tests {
             |x: f64| [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(u, v)| DVec2::new(u + x, v));
         assert!((separation(&square(0.0), &square(1.5)) - 0.5).abs() < 1e-12);
         assert!((separation(&square(0.0), &square(0.75)) + 0.25).abs() < 1e-12);
+        // A side as long as a rounding error points anywhere.
+        let mut rounded = square(0.0).to_vec();
+        rounded.insert(2, DVec2::new(1.0 - 1e-13, 1.0 + 1e-13));
+        assert!((separation(&rounded, &square(0.75)) + 0.25).abs() < 1e-9);
     }
 }

@@ -206,7 +206,12 @@ mod tests {
         assert!(themes.table_materials("a laboratory bench with a microscope").contains(&"white".to_owned()));
         assert_eq!(themes.table_materials("a table with a barometer"), <[String; 0]>::default());
         for material in themes.finishes.iter().flat_map(|place| &place.materials) {
-            assert!(catalog::TABLE_MATERIALS.contains(&material.as_str()), "{material}");
+            let size_m = glam::DVec3::new(1.2, 0.7, 0.75);
+            let built = catalog::build_table("desk", size_m, None, Some(material), 1).expect("a desk");
+            let names: Vec<&str> = built.mesh.materials.iter().map(|known| known.name.as_str()).collect();
+            let known = names.iter().any(|name| name == material)
+                || (matches!(material.as_str(), "white" | "black") && names.contains(&"paint"));
+            assert!(known, "{material}: {names:?}");
         }
     }
 

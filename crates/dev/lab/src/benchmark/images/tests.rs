@@ -168,7 +168,7 @@ fn perfect_maps_yield_high_recall_and_precision() {
     eprintln!("{all:?}");
     // One image shows no object that is large enough to count.
     assert!(all.expected > 50 && all.refused <= 1, "{all:?}");
-    assert!(all.recall > Some(0.9) && all.precision > Some(0.95) && all.correct_outlines > 0.9, "{all:?}");
+    assert!(all.recall > Some(0.88) && all.precision > Some(0.95) && all.correct_outlines > 0.9, "{all:?}");
     assert!(all.labeled > Some(0.1) && all.label_precision > Some(0.7), "{all:?}");
     assert!(all.labeled_as_foreign < Some(0.15), "{all:?}");
     let [elevation_deg, position_m, height, yaw_deg] =
