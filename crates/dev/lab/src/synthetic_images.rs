@@ -5,8 +5,8 @@
 //! ([`table`]). Up to seventeen objects come from the catalog or are composed of primitives ([`object`],
 //! [`composite`]). They stand beside, on and in each other ([`arrangement`]). The camera ([`viewpoint`]), backdrop
 //! ([`backdrop`]) and light ([`illumination`]) are random, and so is the image quality ([`image_degradation`]). The
-//! goal is variety: a network trained on these images must detect any object on any table top. Half of the images show a
-//! table of the catalog or a room of the renderer, as the previews of scenes do.
+//! goal is variety: a network trained on these images must detect any object on any table top. Half of the images show
+//! a table of the catalog or a room of the renderer, as the previews of scenes do.
 //!
 //! There is no physics simulation. The underside of each object meets the surface below it, and no object overlaps
 //! another by more than their convex footprints allow. Some objects rest on air where the surface of their support

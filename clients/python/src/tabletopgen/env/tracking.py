@@ -7,8 +7,8 @@ import numpy as np
 from tabletopgen.env.poses import Array
 from tabletopgen.env.robot import Robot
 
-# What held weights leave of an error is taken up in this time, by so much torque and so far at most: more would press on
-# what the arm cannot move. Faster, weak servos swing.
+# What held weights leave of an error is taken up in this time, by so much torque and so far at most: more would press
+# on what the arm cannot move. Faster, weak servos swing.
 TAKEN_UP_S, MAX_TORQUE_NM, MAX_RAD = 0.2, 6.0, 0.15
 # Joints that are slower than this feel less than their whole friction, so that it does not jump at rest.
 SLOW_RAD_S = 0.05
@@ -29,7 +29,7 @@ class Tracking:
         self._taken_up_rad = np.zeros_like(self.asked_rad)
 
     def targets(self, asked_rad: Array, measured_rad: Array) -> Array:
-        """What the servos have to pull to for these positions at the end of the step: ahead by what damping and friction
+        """Positions that the servos pull to, to be at these at the end of the step: ahead by what damping and friction
         hold back, and by what was missing at the end of the steps before."""
         missing_rad = self.asked_rad - measured_rad
         self._taken_up_rad = np.clip(self._taken_up_rad + self.share * missing_rad, -self.max_rad, self.max_rad)

@@ -31,8 +31,8 @@ pub struct EnvironmentMap {
     pub starts: [usize; 7],
 }
 
-/// The map of the one furnished room, made on first use by one thread: a thread of a pool that waits for others takes up
-/// other work of the pool meanwhile, which would wait here for itself.
+/// The map of the one furnished room, made on first use by one thread: a thread of a pool that waits for others takes
+/// up other work of the pool meanwhile, which would wait here for itself.
 pub static FURNISHED_ROOM: LazyLock<EnvironmentMap> = LazyLock::new(EnvironmentMap::new);
 
 impl EnvironmentMap {

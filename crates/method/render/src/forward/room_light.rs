@@ -147,7 +147,7 @@ impl RoomLight {
         (0.5 - outside / (0.02 + roughness * length)).clamp(0.0, 1.0)
     }
 
-    /// What lies below a surface point, in the direction that its normal and straight down enclose.
+    /// Place below a surface point, in the direction that its normal and straight down enclose.
     pub fn below(&self, sky: &Sky, point: Vec3A, normal: Vec3A) -> Below {
         /// Above this height of the normal nothing below is seen.
         const LEVEL: f32 = 0.98;

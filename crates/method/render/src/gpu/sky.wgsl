@@ -50,7 +50,8 @@ fn sky_seen_from(point: vec3<f32>, normal: vec3<f32>) -> SkyShare {
     return SkyShare(lit / all, open / f32(job.directions));
 }
 
-// Ambient light of a point: its sky share, and in a room the radiance in full light and the sky share of what lies below.
+// Ambient light of a point: its sky share, and in a room the radiance in full light and the sky share of what lies
+// below.
 struct Ambient {
     seen: SkyShare,
     below_light: vec3<f32>,
