@@ -267,16 +267,9 @@ fn describe_with(
     }
     let understood = understood::understood(&draft, &parsed, &source, &theme.name, &goals.of_goal);
     let objects = draft.into_objects();
-    let table = table_choice::choose(
-        lexicon,
-        &parsed,
-        &normalized,
-        options.table.as_ref(),
-        theme,
-        &objects,
-        seed,
-        settings,
-    )?;
+    let mut table =
+        table_choice::choose(lexicon, &parsed, options.table.as_ref(), theme, &objects, seed, settings)?;
+    table_choice::finish_by_place(&mut table, lexicon, &normalized, seed);
     let mut description = SceneDescription {
         theme: theme.name.clone(),
         family: theme.family.clone(),

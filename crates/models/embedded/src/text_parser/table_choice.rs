@@ -19,7 +19,6 @@ const WOODS: &[&str] = &["oak", "walnut", "pine", "birch"];
 pub(super) fn choose(
     lexicon: &Lexicon,
     parsed: &ParsedText,
-    text: &str,
     wanted: Option<&TableSpec>,
     theme: &Theme,
     objects: &[ObjectSpec],
@@ -68,16 +67,6 @@ pub(super) fn choose(
         if finish == "any_wood" { WOODS[rng.random_range(0..WOODS.len())].to_owned() } else { finish }
     });
     let color = attributes.and_then(|attributes| attributes.color_words.first().cloned());
-    let has_own_finish =
-        finish.is_some() || color.is_some() || wanted.material.is_some() || wanted.color.is_some();
-    let usual = if has_own_finish { &[] } else { lexicon.themes.table_materials(text) };
-    let finish = match usual {
-        [] => finish,
-        materials => {
-            let mut rng = child_rng(seed, "finish of the table");
-            Some(materials[rng.random_range(0..materials.len())].clone())
-        }
-    };
     let size_m = model.map(|model| {
         let size = size_for(model, objects, settings, &mut rng);
         match attributes {
@@ -92,6 +81,15 @@ pub(super) fn choose(
         material: wanted.material.or(finish),
         color: wanted.color.or(color),
     })
+}
+
+/// Gives a table without a stated finish one of the place that the text names, if it names one.
+pub(super) fn finish_by_place(table: &mut TableSpec, lexicon: &Lexicon, text: &str, seed: u64) {
+    let materials = lexicon.themes.table_materials(text);
+    if table.material.is_none() && table.color.is_none() && !materials.is_empty() {
+        let mut rng = child_rng(seed, "finish of the table");
+        table.material = Some(materials[rng.random_range(0..materials.len())].clone());
+    }
 }
 
 /// Whether the text or the request states the extents of the table top.
