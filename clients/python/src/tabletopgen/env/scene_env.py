@@ -39,8 +39,8 @@ class SceneEnv(gymnasium.Env[Observation, Vector]):
 
     `action_mode` is `joint`, `tool` or `recorded` (`control.py`). `images` leaves cameras out if false. `object_poses`
     adds `observation.environment_state`: position in meters and quaternion (w first) of each object in the frame of
-    the scene, of an absent one zeros. `max_duration_s` ends an episode before the time that the task gives. `program` is
-    the one that judges, by default that of the wheel or on PATH."""
+    the scene, of an absent one zeros. `max_duration_s` ends an episode before the time that the task gives. `program`
+    is the one that judges, by default that of the wheel or on PATH."""
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 15}
 
