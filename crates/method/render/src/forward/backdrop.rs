@@ -53,7 +53,7 @@ pub struct Backdrop {
 const SKIRTING_M: f32 = 0.085;
 const JOINT_M: f32 = 0.004;
 /// Blur that a lens focused on the scene gives the backdrop, meters.
-const DEFOCUS_M: f32 = 0.006;
+pub const DEFOCUS_M: f32 = 0.006;
 /// Share of the key light on a wall outside the sunspot.
 const BESIDE_SUNSPOT: f32 = 0.3;
 

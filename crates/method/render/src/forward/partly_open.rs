@@ -22,7 +22,7 @@ pub struct PartlyOpen {
 }
 
 /// Share of the light of a place that arrives where no sky is seen from there.
-const SHADED: f32 = 0.16;
+pub const SHADED: f32 = 0.16;
 
 impl PartlyOpen {
     /// Light of which nothing is hidden.

@@ -121,7 +121,7 @@ fn in_room(origin: vec3<f32>, direction: vec3<f32>) -> BackdropPlace {
     }
     let point = origin + depth * direction;
     let facing = -dot(direction, normal) / length(direction);
-    let footprint = pixel_size_m(depth) / sqrt(max(facing, 0.06)) + 0.006;
+    let footprint = pixel_size_m(depth) / sqrt(max(facing, 0.06)) + DEFOCUS_M;
     let height = point.z - job.floor_z_m;
     var key = job.key_color * max(dot(job.toward_key, normal), 0.0);
     if normal.z > 0.5 {

@@ -12,7 +12,9 @@ use crate::forward::light_map::glass;
 use crate::forward::projection::NEAR_M;
 use crate::forward::scene_buffers::TriangleFilter;
 use crate::forward::shade::wear;
-use crate::forward::{environment, environment_map, light_map, room_light, shade, sky};
+use crate::forward::{
+    backdrop, environment, environment_map, light_map, partly_open, room_light, shade, sky,
+};
 use gpu::Gpu;
 use gpu::transfer::sized;
 
@@ -147,6 +149,8 @@ fn constants(samples: usize) -> String {
         ("FEW_BLOCKS", light_map::FEW_BLOCKS),
         ("NARROW", light_map::NARROW),
         ("GLASS_WIDER", glass::WIDER),
+        ("DEFOCUS_M", backdrop::DEFOCUS_M),
+        ("SHADED", partly_open::SHADED),
         ("MIN_SKY_COSINE", environment::MIN_SKY_COSINE),
         ("WALL_SHARE", room_light::WALL_SHARE),
         ("SUN_PAST_BARS_LESS", 1.0 - sunspot::PAST_BARS),

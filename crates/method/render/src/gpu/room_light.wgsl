@@ -75,7 +75,7 @@ fn with_reflections(open: f32, albedo: vec3<f32>) -> vec3<f32> {
 
 // Light that arrives between surfaces of that albedo.
 fn between(light: PartlyOpen, albedo: vec3<f32>) -> vec3<f32> {
-    let lit = 0.16 + 0.84 * with_reflections(light.near_open, albedo);
+    let lit = SHADED + (1.0 - SHADED) * with_reflections(light.near_open, albedo);
     return light.far * with_reflections(light.arriving, albedo) + light.near * lit;
 }
 

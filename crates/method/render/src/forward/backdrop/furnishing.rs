@@ -4,6 +4,7 @@
 
 use glam::{Vec2, Vec3, Vec3A};
 
+use super::DEFOCUS_M;
 use crate::forward::noise::hash;
 use crate::room::Room;
 
@@ -23,9 +24,6 @@ pub struct Patch {
 pub struct Furnishing {
     pub walls: [Vec<Patch>; 4],
 }
-
-/// Blur of a lens focused on the scene, meters.
-const DEFOCUS_M: f32 = 0.006;
 
 /// Number of the wall of that inward normal.
 pub fn wall_of(normal: Vec3A) -> usize {
