@@ -24,6 +24,7 @@ use crate::pipeline::resolve::NoSpaceSettings;
 use crate::{api, webhooks, worker};
 use embedded::image_generator::ImageGeneratorSettings;
 use embedded::layout::LayoutSettings;
+use embedded::mesh_generator::MeshSettings;
 use embedded::single_view_reconstruction::SizeSettings;
 use embedded::text_parser;
 use export::ExportSettings;
@@ -68,6 +69,7 @@ pub struct Config {
     pub analyst: text_parser::TextParserSettings,
     pub layout: LayoutSettings,
     pub image_generator: ImageGeneratorSettings,
+    pub mesh_generator: MeshSettings,
     pub photograph: SizeSettings,
     pub category_fit: CategoryFitSettings,
     pub descriptor: DescriptorSettings,

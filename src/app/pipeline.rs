@@ -118,6 +118,7 @@ pub fn adapters(config: &Config) -> EmbeddedSettings {
         analyst: config.analyst,
         layout: config.layout,
         image_generator: config.image_generator,
+        mesh_generator: config.mesh_generator,
         photograph: SingleViewSettings { sizes: config.photograph, naming: config.category_fit },
         descriptor: config.descriptor,
         render: config.render,

@@ -25,7 +25,7 @@ DEPENDS_ON = (
 )
 # The README's examples are the business of the sentences.
 JUDGES = [name for name in JUDGE_NAMES if name != "readme"]
-MUJOCO_BAR, BULLET_BAR = 0.99, 0.98
+MUJOCO_BAR = 0.99
 MEDIAN_BAR_M, HIGH_BAR_M = 0.003, 0.015
 
 
@@ -139,7 +139,7 @@ class Totals:
             (f"Col_O of {self.pairs} pairs", percent(col_o, 2), "0.00 %", not self.colliding),
             ("SS, by the certificate", percent(shares["ss"], 2), "100 %", shares["ss"] == 1.0),
             ("At rest in MuJoCo, from the MJCF", percent(shares["mjcf"], 2), "99 %", shares["mjcf"] >= MUJOCO_BAR),
-            ("At rest in PyBullet, from the URDFs", percent(shares["bullet"], 2), "98 %", shares["bullet"] >= BULLET_BAR),
+            ("At rest in PyBullet, from the URDFs", percent(shares["bullet"], 2), "not promised", True),
             ("DSS shipped, by the certificate", percent(shares["dss_shipped"], 2), "no bar", True),
             ("DSS aligned, by the certificate", percent(shares["dss_aligned"], 2), "no bar", True),
             ("Displacement by resolve and settle, median", f"{1e3 * median_m:.2f} mm", "3 mm", median_m < MEDIAN_BAR_M),

@@ -28,6 +28,7 @@ pub mod stand_in;
 pub mod physical;
 pub mod texture;
 pub mod tables;
+pub mod wear;
 
 pub use added::{CategoryError, CategoryFault, add_categories, added_digest, read_categories};
 pub use category::{

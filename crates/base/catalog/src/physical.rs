@@ -21,6 +21,10 @@ const FINISHES: &[(&str, &str)] = &[
     ("white", "plywood"),
     ("black", "plywood"),
     ("marble", "stone"),
+    ("granite", "stone"),
+    ("terrazzo", "stone"),
+    ("concrete", "stone"),
+    ("tile", "ceramic"),
 ];
 
 /// All properties of a body that a simulation needs besides its shape.

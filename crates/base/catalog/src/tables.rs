@@ -17,6 +17,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use self::finish::Finish;
+pub(crate) use self::finish::TOPS;
 pub use self::finish::refinished;
 use super::mesh_cache::Cache;
 use geometry::{Outline, Rgb, Solid, TexturedMesh};
@@ -176,8 +177,10 @@ impl Draft {
 }
 
 /// Materials of tables that a request can name.
-pub const TABLE_MATERIALS: &[&str] =
-    &["oak", "walnut", "pine", "birch", "white", "black", "marble", "glass", "steel"];
+pub const TABLE_MATERIALS: &[&str] = &[
+    "oak", "walnut", "pine", "birch", "white", "black", "marble", "granite", "terrazzo", "concrete", "tile",
+    "glass", "steel",
+];
 
 const MODELS: &[TableModel] = &[
     TableModel {

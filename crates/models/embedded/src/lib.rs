@@ -53,6 +53,7 @@ pub struct EmbeddedSettings {
     pub analyst: text_parser::TextParserSettings,
     pub layout: layout::LayoutSettings,
     pub image_generator: image_generator::ImageGeneratorSettings,
+    pub mesh_generator: mesh_generator::MeshSettings,
     pub photograph: single_view_reconstruction::SingleViewSettings,
     pub descriptor: DescriptorSettings,
     pub render: RenderSettings,
@@ -92,6 +93,7 @@ pub fn ports(settings: &EmbeddedSettings, network: Arc<single_view_reconstructio
         segmenter: Arc::new(segmenter::EmbeddedSegmenter { photograph: reader }),
         mesh_generator: Arc::new(mesh_generator::EmbeddedMeshGenerator {
             photograph: settings.photograph.clone(),
+            meshes: settings.mesh_generator,
         }),
         feature_extractor: Arc::new(descriptor::EmbeddedFeatureExtractor { settings: settings.descriptor }),
     }

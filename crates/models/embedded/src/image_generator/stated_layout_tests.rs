@@ -2,7 +2,7 @@
 
 use super::tests::{call, image_generator};
 use super::*;
-use crate::mesh_generator::EmbeddedMeshGenerator;
+use crate::mesh_generator::{EmbeddedMeshGenerator, MeshSettings};
 use catalog::Recipe;
 use geometry::{DVec2, DVec3};
 use ports::{MeshGenerator, ReconstructionRequest, UprightQuestion, stood_up};
@@ -93,7 +93,8 @@ async fn objects_in_requested_poses_settle_so_and_are_recognized_and_stood_up_so
             rendered: true,
             seed: 11,
         };
-        let generator = EmbeddedMeshGenerator { photograph: photograph.clone() };
+        let meshes = MeshSettings { wear: 0.3 };
+        let generator = EmbeddedMeshGenerator { photograph: photograph.clone(), meshes };
         let raw = generator.reconstruct(&call(1), request).await.expect("a mesh");
         let question = UprightQuestion {
             raw_mesh: Arc::new(raw.mesh),

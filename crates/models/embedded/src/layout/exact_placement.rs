@@ -36,7 +36,7 @@ impl LayoutAttempt<'_> {
         let demands = self.demands_on(layout, group);
         let own = &layout.groups[group];
         let mut placement = at;
-        if own.bases.len() > 1 {
+        if own.bases.len() > 1 && layout.surface.setting_of(own.root).is_none() {
             // Rows are parallel to the front edge.
             placement = turned_about_center(&own.footprint, &placement, 0.0);
         }

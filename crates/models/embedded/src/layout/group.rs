@@ -71,16 +71,20 @@ impl LayoutAttempt<'_> {
         let groups = roots.into_iter().map(|root| self.build_group(root)).collect::<Result<Vec<_>, _>>()?;
         let groups = self.arranged(groups);
         let margin_m = self.settings.edge_margin_m;
-        let mut place_settings = place_settings::place_settings(
+        let plates = if self.yielding < Yielding::Habits {
+            place_settings::free_plates(self.requests, self.stated, self.supports)
+        } else {
+            Vec::new()
+        };
+        let groups = self.with_settings(groups, &plates);
+        let place_settings = place_settings::place_settings(
             self.requests,
             self.stated,
-            self.supports,
-            self.objects,
+            &plates,
+            &groups,
             outline,
             margin_m + 0.004,
         );
-        place_settings
-            .retain(|(plate, _)| self.yielding < Yielding::Habits && !self.stated.determine(*plate));
         // People keep what they use within reach: few objects do not spread over all of a large table.
         let used_share =
             if place_settings.is_empty() && !self.is_late() { used_share(&groups, outline) } else { 1.0 };

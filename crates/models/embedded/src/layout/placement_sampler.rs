@@ -105,11 +105,11 @@ impl LayoutAttempt<'_> {
         let places: Vec<RelationKind> =
             self.table_relations(own).filter(|(_, kind)| !kind.is_support()).map(|(_, kind)| kind).collect();
         let constraints: Vec<&GroupConstraint> = layout.constraints_of(group).collect();
-        if let SupportSurface::Table { outline, place_settings, .. } = layout.surface
-            && let Some((_, setting)) = place_settings.iter().find(|(object, _)| *object == own.root)
+        if let SupportSurface::Table { outline, .. } = layout.surface
+            && let Some(setting) = layout.surface.setting_of(own.root)
         {
             let mut at = *setting;
-            let drift = 0.03 + 0.002 * f64::from(number);
+            let drift = if own.bases.len() > 1 { 0.01 } else { 0.03 } + 0.002 * f64::from(number);
             at.xy_m.x += drift * self.rng.random_range(-1.0..1.0);
             at.xy_m.y += drift * self.rng.random_range(-1.0..1.0);
             // The person sits at the edge that is nearest now.
@@ -214,6 +214,9 @@ impl LayoutAttempt<'_> {
         let named = self.table_relations(own).next().is_some();
         let zone = if named { Zone::Any } else { root.category.zone };
         let mut cost = layout.surface.cost(&root_footprint, zone);
+        if let Some(setting) = layout.surface.setting_of(own.root).filter(|_| own.bases.len() > 1) {
+            cost += 10.0 * at.xy_m.distance(setting.xy_m);
+        }
         for (other, placement) in layout.placed.iter().enumerate() {
             let Some(placement) = placement else { continue };
             let obstacle = layout.groups[other].footprint.placed(placement);

@@ -31,6 +31,12 @@ impl SupportSurface<'_> {
         }
     }
 
+    /// The place setting of a plate.
+    pub fn setting_of(&self, object: usize) -> Option<&Placement> {
+        let SupportSurface::Table { place_settings, .. } = self else { return None };
+        place_settings.iter().find(|(plate, _)| *plate == object).map(|(_, setting)| setting)
+    }
+
     /// Half extents, meters.
     pub fn half_m(&self) -> DVec2 {
         let (low, high) = self.bounds();

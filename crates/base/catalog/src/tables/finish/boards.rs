@@ -16,13 +16,13 @@ use imaging::{Image, Texture};
 use runtime::seed::Rng;
 
 /// Size of the image of a top, and of that of a frame, pixels along and across the grain.
-const TOP_PX: [u32; 2] = [512, 1024];
+const TOP_PX: [u32; 2] = [768, 1024];
 const FRAME_PX: [u32; 2] = [256, 512];
 /// Number of boards across a repeat, and the largest deviation of their joints, as a share of their width.
 pub const BOARDS: usize = 10;
 const JOINT_DEVIATION: f32 = 0.16;
 /// Half the width of the dark line of a joint, millimeters.
-const JOINT_MM: f32 = 0.7;
+const JOINT_MM: f32 = 0.6;
 
 /// Marks of a kind of wood. Contrasts are shares of brightness.
 struct Species {
@@ -43,10 +43,10 @@ struct Species {
 impl Species {
     fn of(name: &str) -> Self {
         let (ring_mm, latewood, earlywood, pores, flecks, tones, knots) = match name {
-            "walnut" => (4.2, 0.1, 0.05, 0.2, 0.0, 0.12, 0),
-            "pine" => (3.6, 0.13, 0.0, 0.03, 0.0, 0.06, 14),
-            "birch" => (3.4, 0.05, 0.0, 0.05, 0.03, 0.05, 0),
-            _ => (3.2, 0.04, 0.13, 0.13, 0.06, 0.09, 0),
+            "walnut" => (3.4, 0.09, 0.04, 0.17, 0.0, 0.1, 0),
+            "pine" => (2.9, 0.1, 0.0, 0.03, 0.0, 0.05, 8),
+            "birch" => (2.8, 0.045, 0.0, 0.04, 0.02, 0.04, 0),
+            _ => (2.8, 0.04, 0.1, 0.11, 0.04, 0.07, 0),
         };
         Self { ring_mm, latewood, earlywood, pores, flecks, tones, knots }
     }
@@ -188,7 +188,7 @@ fn board_texture(
         };
         let edge_mm = across_mm * (v - board.low).min(board.high - v);
         let joint = if boards.len() > 1 { (1.2 - edge_mm / (2.0 * JOINT_MM)).clamp(0.0, 1.0) } else { 0.0 };
-        let base = Rgb(std::array::from_fn(|k| color.0[k] * board.tone[k] * (1.0 - 0.2 * joint)));
+        let base = Rgb(std::array::from_fn(|k| color.0[k] * board.tone[k] * (1.0 - 0.14 * joint)));
         for (x, pixel) in row.chunks_exact_mut(4).enumerate() {
             let u = (x as f32 + 0.5) / width as f32;
             let (shade, knot) = line.shade(u, x as f32 / width as f32);
@@ -237,7 +237,9 @@ impl Line<'_> {
         // Rings too close for the image would become moiré.
         let per_row = aside.abs() / radius.max(1.0) * self.row_mm / species.ring_mm;
         let visible = (1.35 - 2.0 * per_row).clamp(0.0, 1.0) * (0.35 + 1.3 * strength);
-        let late = if part < 0.86 { (part / 0.86) * (part / 0.86) } else { (1.0 - part) / 0.14 };
+        // The end of a ring is sharper than the image can show: over less than a pixel, it would become a staircase.
+        let end = (self.row_mm / species.ring_mm).clamp(0.14, 0.5);
+        let late = if part < 1.0 - end { (part / (1.0 - end)).powi(2) } else { (1.0 - part) / end };
         let early = (1.0 - part / 0.34).max(0.0);
         let fiber = log.fibers.at(self.row, at);
         let pore = ((fiber - 0.62) * 2.6).max(0.0);

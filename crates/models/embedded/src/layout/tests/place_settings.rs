@@ -85,6 +85,7 @@ fn cutlery_is_where_the_person_expects_it_at_every_setting() {
             let objects = &layout.description.objects;
             let plates: Vec<usize> = (0..objects.len()).filter(|&k| objects[k].category == "plate").collect();
             assert_eq!(plates.len(), settings, "{text} ({seed})");
+            let mut first = None;
             for plate in plates {
                 let side = |category: &str| {
                     let at = layout.at(plate, category);
@@ -99,6 +100,9 @@ fn cutlery_is_where_the_person_expects_it_at_every_setting() {
                     let spoon = side("spoon");
                     assert!(spoon.x > knife.x + 0.01, "{context}: spoon at {spoon}, knife at {knife}");
                 }
+                let (first_fork, first_knife) = *first.get_or_insert((fork, knife));
+                let differs_m = fork.distance(first_fork).max(knife.distance(first_knife));
+                assert!(differs_m < 0.03, "{context}: laid {differs_m} m otherwise than the first");
                 far += usize::from(layout.footprint(plate).center().y > 0.1);
             }
         }
