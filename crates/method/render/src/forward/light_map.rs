@@ -51,8 +51,8 @@ const FEW_TEXELS: f32 = 2.0;
 /// Empty texels around the rasterized area.
 pub const BORDER: f32 = 4.0;
 /// Samples of a penumbra, in groups of eight; the first groups search for blockers.
-pub const TAP_GROUPS: usize = 4;
-pub const SEARCH_GROUPS: usize = 2;
+pub const TAP_GROUPS: usize = 8;
+pub const SEARCH_GROUPS: usize = 4;
 /// Penumbras narrower than this are smoothed between texels, texels.
 pub const NARROW: f32 = 2.0;
 
