@@ -291,7 +291,8 @@ def in_scenes(bench: Bench, scenes: int, count: int) -> tuple:
         share("Of these, MuJoCo satisfies the goal too", agreed, replayed, AGREED),
     ]
     read = [record["files"] for record in found if "files" in record]
-    bars.append(share("Folders of executions that PyBullet, usd-core, pyarrow and PyAV read", read.count([]), len(read), 1.0))
+    if read:
+        bars.append(share("Folders of executions that PyBullet, usd-core, pyarrow and PyAV read", read.count([]), len(read), 1.0))
     kinds = sorted({record.get("kind", "") for record in found})
     rows = [
         [kind or "-", len(of), sum(r["outcome"] == "done" for r in of), *agreement(of)[:1], outcomes(of)]
