@@ -12,8 +12,8 @@ use geometry::shells::shells;
 pub type Check = fn(&Recipe, &TexturedMesh) -> Option<String>;
 
 /// Checks that every mesh of the catalog passes.
-pub const CHECKS: [Check; 7] =
-    [closed, normals_agree, in_size_and_budget, dressed, stands, repeats, symmetric];
+pub const CHECKS: [Check; 8] =
+    [closed, closed_when_stored, normals_agree, in_size_and_budget, dressed, stands, repeats, symmetric];
 
 fn welded(p: DVec3) -> [u64; 3] {
     (p + DVec3::ZERO).to_array().map(f64::to_bits)
@@ -33,6 +33,27 @@ fn mass_center(mesh: &TexturedMesh) -> (f64, DVec3) {
 
 /// After welding, every edge is used once in each direction, and the faces point outward.
 pub fn closed(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
+    let open = open_edges(mesh);
+    let (volume_m3, _) = mass_center(mesh);
+    (open > 0 || volume_m3 <= 0.0).then(|| format!("{open} open edges, volume {volume_m3:e} m^3"))
+}
+
+/// Every shell is closed after the way through files, too: at a longest side of 1 and back, in single precision. Vertices
+/// that are too near to each other become one there.
+pub fn closed_when_stored(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
+    let longest_m = mesh.size_m().max_element();
+    let unit = mesh.clone().scaled(DVec3::splat(1.0 / longest_m)).snap_to_f32();
+    let stored = unit.scaled(DVec3::splat(longest_m)).snap_to_f32();
+    let shells = shells(&stored);
+    let open = shells.iter().find(|shell| !shell.is_closed())?;
+    let (low_m, high_m) = open.bounds();
+    Some(format!(
+        "the shell from {low_m:.4} to {high_m:.4} is open in single precision: vertices are too near to each other"
+    ))
+}
+
+/// Number of edges that are not used once in each direction.
+fn open_edges(mesh: &TexturedMesh) -> usize {
     let mut balance: BTreeMap<([u64; 3], [u64; 3]), i32> = BTreeMap::new();
     for t in mesh.triangles() {
         for k in 0..3 {
@@ -42,9 +63,7 @@ pub fn closed(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
             *balance.entry(edge).or_default() += sign;
         }
     }
-    let open = balance.values().filter(|&&count| count != 0).count();
-    let (volume_m3, _) = mass_center(mesh);
-    (open > 0 || volume_m3 <= 0.0).then(|| format!("{open} open edges, volume {volume_m3:e} m^3"))
+    balance.values().filter(|&&count| count != 0).count()
 }
 
 /// Normals are unit and point in the direction of their faces.
