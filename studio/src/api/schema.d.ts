@@ -3623,6 +3623,11 @@ export interface components {
              */
             "layout.placement_cost_noise"?: string;
             /**
+             * @description Traces of use on tabletops and objects of the catalog: scratches, stains, rings of cups, dust. 0 is as new, 1 neglected. Glass, ceramics, cloth and food stay clean; photographs show their own (share, 0 to 1).
+             * @example 0.3
+             */
+            "mesh_generator.wear"?: string;
+            /**
              * @description Nothing is made smaller than this share of its size; less makes room on fuller tables (share, 0.1 to 1).
              * @example 0.6
              */

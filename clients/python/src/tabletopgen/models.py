@@ -2917,6 +2917,11 @@ class SceneSettings(Model):
     """
     Share of chance in the cost of a place; more is more various and less orderly (cost, 0 to 2).
     """
+    mesh_generator_wear: str | None = Field(None, alias="mesh_generator.wear")
+    """
+    Traces of use on tabletops and objects of the catalog: scratches, stains, rings of cups, dust. 0 is as new, 1
+    neglected. Glass, ceramics, cloth and food stay clean; photographs show their own (share, 0 to 1).
+    """
     no_room_min_scale: str | None = Field(None, alias="no_room.min_scale")
     """
     Nothing is made smaller than this share of its size; less makes room on fuller tables (share, 0.1 to 1).
