@@ -38,8 +38,8 @@ pub fn closed(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
     (open > 0 || volume_m3 <= 0.0).then(|| format!("{open} open edges, volume {volume_m3:e} m^3"))
 }
 
-/// Every shell is closed after the way through files, too: at a longest side of 1 and back, in single precision. Vertices
-/// that are too near to each other become one there.
+/// Every shell is closed after the way through files, too: at a longest side of 1 and back, in single precision.
+/// Vertices that are too near to each other become one there.
 pub fn closed_when_stored(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
     let longest_m = mesh.size_m().max_element();
     let unit = mesh.clone().scaled(DVec3::splat(1.0 / longest_m)).snap_to_f32();
