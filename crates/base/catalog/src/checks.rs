@@ -33,7 +33,16 @@ fn mass_center(mesh: &TexturedMesh) -> (f64, DVec3) {
 
 /// After welding, every edge is used once in each direction, and the faces point outward.
 pub fn closed(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
-    let open = open_edges(mesh);
+    let mut balance: BTreeMap<([u64; 3], [u64; 3]), i32> = BTreeMap::new();
+    for t in mesh.triangles() {
+        for k in 0..3 {
+            let a = welded(mesh.positions[t[k] as usize]);
+            let b = welded(mesh.positions[t[(k + 1) % 3] as usize]);
+            let (edge, sign) = if a < b { ((a, b), 1) } else { ((b, a), -1) };
+            *balance.entry(edge).or_default() += sign;
+        }
+    }
+    let open = balance.values().filter(|&&count| count != 0).count();
     let (volume_m3, _) = mass_center(mesh);
     (open > 0 || volume_m3 <= 0.0).then(|| format!("{open} open edges, volume {volume_m3:e} m^3"))
 }
@@ -50,20 +59,6 @@ pub fn closed_when_stored(_: &Recipe, mesh: &TexturedMesh) -> Option<String> {
     Some(format!(
         "the shell from {low_m:.4} to {high_m:.4} is open in single precision: vertices are too near to each other"
     ))
-}
-
-/// Number of edges that are not used once in each direction.
-fn open_edges(mesh: &TexturedMesh) -> usize {
-    let mut balance: BTreeMap<([u64; 3], [u64; 3]), i32> = BTreeMap::new();
-    for t in mesh.triangles() {
-        for k in 0..3 {
-            let a = welded(mesh.positions[t[k] as usize]);
-            let b = welded(mesh.positions[t[(k + 1) % 3] as usize]);
-            let (edge, sign) = if a < b { ((a, b), 1) } else { ((b, a), -1) };
-            *balance.entry(edge).or_default() += sign;
-        }
-    }
-    balance.values().filter(|&&count| count != 0).count()
 }
 
 /// Normals are unit and point in the direction of their faces.

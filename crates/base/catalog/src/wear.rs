@@ -1,4 +1,4 @@
-//! Traces of use: scratches, stains, rings of cups, smudges and dust, drawn onto the textures of a mesh.
+//! Traces of use: scratches, stains, rings of cups and dust, drawn onto the textures of a mesh.
 //!
 //! Method: every kind of mark has a density on the surface, marks for each square meter, and a size in meters. The
 //! scale of a texture is the mean length that it covers on the triangles that show it, so that a scratch of 20 mm has

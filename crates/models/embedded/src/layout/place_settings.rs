@@ -2,7 +2,7 @@
 //!
 //! A plate with its cutlery, glass and napkin is one group with fixed inner placements, so that settings do not disturb
 //! each other: the ends of the cutlery are level with the edge of the plate that is nearest to the person, the knife
-//! is beside the plate and the spoon beyond it, and a glass stands behind the knife.
+//! is beside the plate and the spoon beyond it, and a glass stands behind the plate, toward the right hand.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
