@@ -8,6 +8,7 @@
 # make dist    the release binary as an archive, with manual, completions, licenses, bill of materials and checksum
 # make wheel   the Python package with that binary, for pip
 # make train   synthetic images are rendered and the table network is trained on them; hours
+# make train_recognizer   the same for the recognizer of objects; an hour
 # make advisories  whether a known vulnerability is in Cargo.lock; asks a database on the network
 # make features  whether the program compiles without its optional parts, and with each of them alone
 # make pages   how old the pages of docs/results/ are: what changed since in the code they depend on
@@ -25,7 +26,7 @@ export PYTHONDONTWRITEBYTECODE := 1
 # Where Python finds the package of tests and measurements.
 export PYTHONPATH := $(CURDIR)/python
 
-.PHONY: help build studio page lab wheel dist demo test programs bars train fuzz advisories features pages
+.PHONY: help build studio page lab wheel dist demo test programs bars train train_recognizer fuzz advisories features pages
 
 help:
 	@sed -n 's/^# //p' Makefile | head -13
@@ -91,6 +92,15 @@ train: lab
 	@python="$$(scripts/prerequisites.sh train)" && { test -d "$(TRAINING)/venv" || "$$python" -m venv "$(TRAINING)/venv"; }
 	"$(TRAINING)/venv/bin/python" -m pip install --quiet -r training/requirements.txt
 	"$(TRAINING)/venv/bin/python" training/train.py --images "$(TRAINING)/images" --out "$(TRAINING)/network"
+
+# The recognizer of objects, from CLOSE_UPS close-ups, each of one category in turn
+CLOSE_UPS ?= 18372
+train_recognizer: lab
+	for split in "test --count 3062" "training --count $(CLOSE_UPS)" "validation --count 1531"; do \
+		"$(TARGET_DIR)/release/tabletopgen-lab" synthesize --close-ups --size-px 256 --out "$(TRAINING)/images" --split $$split || exit 1; done
+	@python="$$(scripts/prerequisites.sh train)" && { test -d "$(TRAINING)/venv" || "$$python" -m venv "$(TRAINING)/venv"; }
+	"$(TRAINING)/venv/bin/python" -m pip install --quiet -r training/requirements.txt
+	"$(TRAINING)/venv/bin/python" training/recognizer.py --close-ups "$(TRAINING)/images/close_ups" --out "$(TRAINING)/recognizer"
 
 # BARS names those to run, BARS_OPTIONS are options of theirs: make bars BARS=words BARS_OPTIONS="--scenes 60"
 BARS ?= sentences certified generate_time determinism kill certify_time picture_time remote_kill remote_fanout words reliability contract overload tenants editing variants batches robot grasps episodes policy recordings rest categories sizes image_quality clutter

@@ -3491,7 +3491,7 @@ export interface components {
             "category_fit.max_oversize"?: string;
             /**
              * @description Probability from which an object gets the name of a category; less names more objects, and more of them wrongly. 1 names none and compares nothing (probability, 0 to 1).
-             * @example 0.6
+             * @example 0.5
              */
             "category_fit.min_confidence"?: string;
             /**

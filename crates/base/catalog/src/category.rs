@@ -64,10 +64,6 @@ pub struct Category {
     pub symmetry_order: u32,
     /// Usual zone on a table.
     pub zone: Zone,
-    /// Whether an object of an image may get this name when no text names it. The thresholds of that decision were
-    /// measured with the categories that have it.
-    #[serde(default)]
-    pub is_image_candidate: bool,
     /// Shape of its objects; a category without one is refused.
     #[serde(default)]
     pub shape: Option<StoredShape>,

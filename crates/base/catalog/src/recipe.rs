@@ -156,10 +156,12 @@ mod tests {
 
     #[test]
     fn build_gives_sound_meshes_for_every_category() {
-        let seeds = |category: &Category| if category.is_image_candidate { 3 } else { 1 };
+        // Of every tenth, two seeds more.
+        let seeds = |index: usize| if index.is_multiple_of(10) { 3 } else { 1 };
         let recipes: Vec<Recipe> = categories()
             .iter()
-            .flat_map(|category| (0..seeds(category)).map(move |seed| recipe(category, seed)))
+            .enumerate()
+            .flat_map(|(index, category)| (0..seeds(index)).map(move |seed| recipe(category, seed)))
             .collect();
         assert_none(&objections(&recipes, &CHECKS));
     }

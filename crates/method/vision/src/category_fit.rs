@@ -1,15 +1,16 @@
-//! Classification of objects into catalog categories by render-and-compare.
+//! Classification of objects into catalog categories: guesses of the [`object_recognizer`](crate::object_recognizer),
+//! checked by render-and-compare.
 //!
 //! Steps, each in its own file: [`observed`] reduces an object to a grid of some 40 cells. Its silhouette is
-//! compared with the outlines of every category of plausible size from all directions ([`views`], of meshes from
-//! [`stock_mesh`]). The best are placed at the object and moved, rotated and stretched until their outlines fit
+//! compared with the outlines of the guessed categories from all directions ([`views`], of meshes from
+//! [`stock_mesh`]). They are placed at the object and moved, rotated and stretched until their outlines fit
 //! ([`stance_fit`], rasterized by [`outline_raster`]). [`appearance`] measures how much of the color pattern their
 //! parts and prints explain. [`decision`] weighs this evidence: one scale for the whole image, a score for each
 //! candidate, and the confidence of the best one.
 //!
 //! Input: a reading in meters at a working scale that may be off by a third. The evidence does not depend on the
-//! decision, so candidates can be left out afterwards. Deterministic. Cost: about 50 ms of one core an object, and
-//! once a process some two seconds for the catalog's meshes and their outlines.
+//! decision, so candidates can be left out afterwards. Deterministic. Cost: some milliseconds of one core for a
+//! guess, and once a process some more for the meshes of its category and their outlines.
 
 mod appearance;
 mod assignment;
@@ -35,8 +36,11 @@ use self::appearance::Appearance;
 use self::observed::{MaskedImage, Observation};
 use self::outline_raster::{Raster, Stance};
 use self::stance_fit::StanceFit;
-use self::stock_mesh::{StockCategory, StockMesh, VARIANTS, stock};
+use self::stock_mesh::{StockCategory, StockMesh, VARIANTS, stock_of};
+use super::object_recognizer::CategoryGuess;
 use super::reading::ImageReading;
+use super::shape_fit::PosedPrimitive;
+use catalog::SizeRange;
 use geometry::Camera;
 use imaging::{Image, Mask};
 use runtime::{CancelFlag, Cancelled};
@@ -44,8 +48,10 @@ use runtime::{CancelFlag, Cancelled};
 /// Evidence about one object.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObjectEvidence {
-    /// The best-matching categories, each with its best stance.
+    /// The guessed categories, each with its best stance.
     pub matches: Vec<CategoryMatch>,
+    /// Natural logarithm of the probability that the recognizer leaves to everything else.
+    pub log_other: f64,
     /// Overlap of the fitted primitive.
     pub solid_overlap: f64,
     /// Share of the outline that other objects may occlude.
@@ -62,6 +68,11 @@ pub struct CategoryMatch {
     pub category: &'static str,
     /// Whether the mesh lies on its side. Only fits to the objects of a text try that.
     pub is_lying: bool,
+    /// Natural logarithm of the recognizer's probability.
+    pub log_guess: f64,
+    /// Whether a mesh was fitted. If none covers the object, position and size are those of its primitive, and the
+    /// values of the comparison are 0.
+    pub is_fitted: bool,
     /// Seed of the catalog's recipe.
     pub variant: u64,
     /// Center of its base, yaw about +z, and extents, as if it stood on the table, meters.
@@ -85,8 +96,8 @@ pub struct CategoryMatch {
     pub off_palette: f64,
 }
 
-/// Collects the evidence for every object of a reading in meters. `image` is the one that was read. Returns empty
-/// evidence if the settings disable naming.
+/// Collects the evidence for every object of a reading in meters. `image` is the one that was read, `guesses` are
+/// the recognizer's for each object. Returns empty evidence if the settings disable naming.
 ///
 /// # Errors
 ///
@@ -94,6 +105,7 @@ pub struct CategoryMatch {
 pub fn evidence(
     image: &Image,
     reading: &ImageReading,
+    guesses: &[Vec<CategoryGuess>],
     settings: &CategoryFitSettings,
     cancel: &CancelFlag,
 ) -> Result<Vec<ObjectEvidence>, Cancelled> {
@@ -104,7 +116,7 @@ pub fn evidence(
     let masked = MaskedImage { image, camera: &reading.camera, masks: &masks };
     (0..masks.len())
         .into_par_iter()
-        .map(|index| object_evidence(&masked, reading, index, settings, cancel))
+        .map(|index| object_evidence(&masked, reading, index, &guesses[index], settings, cancel))
         .collect()
 }
 
@@ -112,6 +124,7 @@ fn object_evidence(
     masked: &MaskedImage,
     reading: &ImageReading,
     index: usize,
+    guesses: &[CategoryGuess],
     settings: &CategoryFitSettings,
     cancel: &CancelFlag,
 ) -> Result<ObjectEvidence, Cancelled> {
@@ -124,15 +137,17 @@ fn object_evidence(
         return Ok(ObjectEvidence::default());
     };
     let mut raster = Raster::default();
-    let region =
-        Region { observed: &observed, view: &view_geometry, camera, center: solid.center, support_scale };
-    let mut matches: Vec<CategoryMatch> = Vec::new();
-    for first in initial_matches(&region, settings, cancel)? {
+    let region = Region { observed: &observed, view: &view_geometry, camera, solid, support_scale };
+    let guesses = &guesses[..guesses.len().min(settings.candidates as usize)];
+    let mut matches: Vec<CategoryMatch> = Vec::with_capacity(guesses.len());
+    for guess in guesses {
         cancel.check()?;
-        matches.extend(region.fitted(&first, &mut raster));
+        matches.extend(region.guessed(guess, settings.max_oversize, &mut raster));
     }
+    let guessed: f64 = guesses.iter().map(|guess| guess.probability).sum();
     Ok(ObjectEvidence {
         matches,
+        log_other: (1.0 - guessed).max(MIN_PROBABILITY).ln(),
         solid_overlap: solid.overlap,
         hidden_rim: observed.hidden_rim,
         area_cells: f64::from(observed.area),
@@ -140,22 +155,64 @@ fn object_evidence(
     })
 }
 
+/// Smallest probability that counts.
+const MIN_PROBABILITY: f64 = 1e-3;
+
 /// One object of the image and what its fits need.
 struct Region<'a> {
     observed: &'a Observation,
     view: &'a ViewGeometry,
     camera: &'a Camera,
-    center: DVec2,
+    solid: &'a PosedPrimitive,
     support_scale: f64,
 }
 
 impl Region<'_> {
+    /// The best fit of a guessed category, or the guess with the place and size of the primitive.
+    fn guessed(
+        &self,
+        guess: &CategoryGuess,
+        max_oversize: f64,
+        raster: &mut Raster,
+    ) -> Option<CategoryMatch> {
+        let log_guess = guess.probability.max(MIN_PROBABILITY).ln();
+        let stock = stock_of(guess.category)?;
+        let meshes = (0..VARIANTS).filter_map(|variant| stock.mesh(variant));
+        let first = self.initial_match(stock, meshes, max_oversize);
+        let fitted = first.and_then(|first| self.fitted(&first, raster));
+        Some(CategoryMatch { log_guess, ..fitted.unwrap_or_else(|| self.unfitted(stock)) })
+    }
+
+    fn unfitted(&self, stock: &'static StockCategory) -> CategoryMatch {
+        let Self { solid, support_scale, .. } = self;
+        let (oversize, usual_spread) = oversize(*support_scale * solid.size, &stock.size);
+        CategoryMatch {
+            category: &stock.category.name,
+            is_lying: false,
+            log_guess: 0.0,
+            is_fitted: false,
+            variant: 0,
+            center: solid.center,
+            yaw_rad: solid.yaw_rad,
+            size_m: solid.size,
+            overlap: 0.0,
+            stray: 0.0,
+            first_overlap: 0.0,
+            oversize,
+            usual_spread,
+            by_ramp: 0.0,
+            by_mesh: 0.0,
+            contrast: 0.0,
+            off_palette: 0.0,
+        }
+    }
+
     /// The mesh at its best stance; `None` if it covers too little of the object.
     fn fitted(&self, first: &InitialMatch, raster: &mut Raster) -> Option<CategoryMatch> {
         let fit = StanceFit { observed: self.observed, camera: self.camera, mesh: first.mesh };
         let stances = first.starts.iter().filter_map(|(yaw_rad, stretch)| {
             let stance = Stance {
-                center: self.center,
+                center: self.solid.center,
                 yaw_rad: yaw_rad + self.view.azimuth_rad,
                 stretch: DVec3::splat(*stretch),
             };
@@ -177,11 +234,12 @@ fn category_match(
 ) -> CategoryMatch {
     let StockCategory { category, size, .. } = first.category;
     let size_m = fitted.stance.stretch * first.mesh.size_m;
-    let usual = |size: DVec3| size.to_array().map(f64::ln).iter().sum::<f64>() / 3.0;
-    let (low, high) = (usual(size.low_m), usual(size.high_m));
+    let (oversize, usual_spread) = oversize(support_scale * size_m, size);
     CategoryMatch {
         category: &category.name,
         is_lying: first.mesh.is_lying,
+        log_guess: 0.0,
+        is_fitted: true,
         variant: first.mesh.variant,
         center: fitted.stance.center,
         yaw_rad: (fitted.stance.yaw_rad + PI).rem_euclid(TAU) - PI,
@@ -189,13 +247,20 @@ fn category_match(
         overlap: fitted.overlap,
         stray: fitted.stray,
         first_overlap: first.overlap,
-        oversize: usual(support_scale * size_m) - 0.5 * (low + high),
-        usual_spread: 0.5 * (high - low),
+        oversize,
+        usual_spread,
         by_ramp: seen.by_ramp,
         by_mesh: seen.by_mesh,
         contrast: seen.contrast,
         off_palette: seen.off_palette,
     }
+}
+
+/// Natural logarithm of a mean extent relative to that of usual sizes, and the half range of usual ones.
+fn oversize(size_m: DVec3, usual: &SizeRange) -> (f64, f64) {
+    let mean = |size: DVec3| size.max(DVec3::splat(1e-6)).to_array().map(f64::ln).iter().sum::<f64>() / 3.0;
+    let (low, high) = (mean(usual.low_m), mean(usual.high_m));
+    (mean(size_m) - 0.5 * (low + high), 0.5 * (high - low))
 }
 
 /// View of an object.
@@ -231,24 +296,6 @@ struct InitialMatch<'a> {
 /// Weight of the squared logarithm of an aspect ratio beyond the free range, and that range.
 const ASPECT_PRICE: f64 = 0.6;
 const FREE_ASPECT: f64 = 0.12;
-
-/// The candidates with the best-matching outlines, best first.
-fn initial_matches(
-    region: &Region,
-    settings: &CategoryFitSettings,
-    cancel: &CancelFlag,
-) -> Result<Vec<InitialMatch<'static>>, Cancelled> {
-    let mut first: Vec<InitialMatch> = Vec::new();
-    for category in stock().iter().filter(|stock| stock.category.is_image_candidate) {
-        cancel.check()?;
-        // The best-matching variant of each category.
-        let meshes = (0..VARIANTS).filter_map(|variant| category.mesh(variant));
-        first.extend(region.initial_match(category, meshes, settings.max_oversize));
-    }
-    first.sort_by(|a, b| b.merit.total_cmp(&a.merit));
-    first.truncate(settings.candidates as usize);
-    Ok(first)
-}
 
 impl Region<'_> {
     /// The mesh of the category with the best-matching outline; `None` if every size is off by more than

@@ -1,6 +1,6 @@
 //! Errors of the image reader.
 
-use super::table_network::NetworkError;
+use super::network_weights::NetworkError;
 use imaging::codec::MIN_SCENE_SIDE_PX;
 use runtime::Cancelled;
 

@@ -2,7 +2,7 @@
 //!
 //! [`read_with_network`] reads an image: the [`table_network`] predicts dense maps, instance segmentation turns them
 //! into camera, table top and objects, and [`shape_fit`] fits a primitive to each object. [`category_fit`] assigns
-//! catalog categories. [`VisionError`] names what was not found.
+//! catalog categories, with the guesses of the [`object_recognizer`]. [`VisionError`] names what was not found.
 //!
 //! Features of images: [`descriptor`] is the classical form of `Phi`, [`dinov2`] the learned one with given weights.
 //! [`image_similarity`] compares a scene with its reference image.
@@ -41,13 +41,16 @@ mod instance_segmentation;
 pub mod category_fit;
 pub mod descriptor;
 pub mod dinov2;
+mod network_weights;
 pub mod table_network;
+pub mod object_recognizer;
 
 pub use error::VisionError;
 pub use instance_segmentation::{
     CandidateRegion, CandidateRegions, NetworkReadingSettings, RegionFeatures, candidate_regions,
     read_with_network,
 };
+pub use network_weights::{NetworkError, NetworkWeightsError};
 pub use occlusion::{attached_component, occluded_by_convexity, occluded_by_shape};
 pub use reading::{ImageReading, ObjectReading, TableReading, TopShape};
 pub use shape_fit::{BasePrior, PosedPrimitive, Posture, PrimitiveKind, ShapePrior, fit_solid};

@@ -10,21 +10,18 @@
 //! Maps agree with the reference implementation to 1e-4 at values of about 10; tests verify it on a small random
 //! network.
 
-mod error;
 pub mod frame;
 mod layers;
 pub mod maps;
 
-use candle_core::safetensors::BufferedSafetensors;
 use candle_core::{Device, Tensor};
 
+use crate::network_weights::{NetworkError, NetworkWeights, NetworkWeightsError};
 use frame::{Frame, ImageCrop};
 use imaging::Image;
-use layers::{Block, Convolution, Reader};
+use layers::{Block, Convolution};
 use maps::Maps;
 use runtime::CancelFlag;
-
-pub use error::{NetworkError, NetworkWeightsError};
 
 /// Channels of the maps, in order: four classes, outline, border, contact, center, offset x and y, base x and y,
 /// top, ground, latitude, focal length.
@@ -65,9 +62,7 @@ impl TableNetwork {
     ///
     /// A [`NetworkWeightsError`] that names the missing or unfit tensor.
     pub fn read(safetensors: Vec<u8>) -> Result<Self, NetworkWeightsError> {
-        let file = BufferedSafetensors::new(safetensors)
-            .map_err(|error| NetworkWeightsError::Format { reason: error.to_string() })?;
-        let reader = Reader(file);
+        let reader = NetworkWeights::read(safetensors)?;
         let (mut down, mut blocks, mut widths) = (Vec::new(), Vec::new(), vec![3]);
         while reader.has(&format!("down.{}.weight", down.len())) {
             let level = down.len();

@@ -49,7 +49,7 @@ const LICENCE: &str = "CC0-1.0";
 impl MeshGenerator for EmbeddedMeshGenerator {
     fn adapter(&self) -> Adapter {
         let settings = Settings { photograph: &self.photograph, meshes: &self.meshes };
-        with_catalog(Adapter::new("embedded/mesh_generator", "7", &settings))
+        with_catalog(Adapter::new("embedded/mesh_generator", "8", &settings))
     }
 
     fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {

@@ -41,13 +41,14 @@ pub fn image_bench(
     with_text: bool,
 ) -> Result<ImageBench, ConfigErrors> {
     let single_view = tabletopgen::app::pipeline::adapters(&resolved.config).photograph;
+    let network = tabletopgen::app::network::load(resolved)?;
     let reader = if perfect_maps {
         Reader::PerfectMaps(resolved.config.network.reading.clone())
     } else {
-        Reader::Usual(ImageReader::new(tabletopgen::app::network::load(resolved)?, single_view.clone()))
+        Reader::Usual(ImageReader::new(network.clone(), single_view.clone()))
     };
     let text_parser = with_text.then(|| resolved.config.analyst.clone());
-    Ok(ImageBench { reader, single_view, text_parser })
+    Ok(ImageBench { reader, network, single_view, text_parser })
 }
 
 /// The CPU pool shared by all computation of a run.

@@ -13,6 +13,8 @@ pub mod rectangle;
 pub mod report;
 pub mod comparison_image;
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
 use self::estimate::TableEstimate;
@@ -20,13 +22,16 @@ use self::perfect_maps::PerfectMaps;
 use self::regions::ImageRegions;
 use self::score::ImageScore;
 use crate::synthetic_images::{Split, SyntheticImage, synthesize};
-use embedded::single_view_reconstruction::{ImageReader, SingleViewSettings, at_usual_scale, name_objects};
+use embedded::single_view_reconstruction::{
+    ImageReader, ReadingNetwork, SingleViewSettings, at_usual_scale, name_objects,
+};
 use embedded::text_parser::TextParserSettings;
 use runtime::{CancelFlag, Cancelled};
 use vision::category_fit;
 use vision::category_fit::CategoryAssignment;
 use vision::{
-    CandidateRegions, ImageReading, NetworkReadingSettings, VisionError, candidate_regions, read_with_network,
+    CandidateRegions, ImageReading, NetworkError, NetworkReadingSettings, VisionError, candidate_regions,
+    read_with_network,
 };
 
 /// Number of images in the set.
@@ -39,6 +44,8 @@ pub const SIZE_PX: u32 = 1024;
 #[derive(Clone)]
 pub struct ImageBench {
     pub reader: Reader,
+    /// The networks, of which the recognizer names objects.
+    pub network: Arc<ReadingNetwork>,
     /// Settings that scale and name the estimate.
     pub single_view: SingleViewSettings,
     /// The parser of texts beside the images; `None` = images without texts.
@@ -131,7 +138,12 @@ impl ImageBench {
         let mut read = TableEstimate::from(reading);
         let scaled = at_usual_scale(reading, &self.single_view);
         let settings = &self.single_view.naming;
-        let evidence = category_fit::evidence(&sample.image, &scaled, settings, cancel)?;
+        let guesses = match self.network.guesses(&sample.image, &scaled, settings, cancel) {
+            Ok(guesses) => guesses,
+            Err(NetworkError::Cancelled(cancelled)) => return Err(cancelled),
+            Err(_) => vec![Vec::new(); scaled.objects.len()],
+        };
+        let evidence = category_fit::evidence(&sample.image, &scaled, &guesses, settings, cancel)?;
         let own = score::true_names(&sample.truth, &sample.labels, &read);
         let given = category_fit::assign_categories(&evidence, settings, |_, _| true);
         let foreign = category_fit::assign_categories(&evidence, settings, |object, category| {
@@ -148,7 +160,7 @@ impl ImageBench {
         if let Some(hints) =
             self.text_parser.as_ref().and_then(|parser| text_beside::hints(&sample.truth, parser))
         {
-            let names = name_objects(&sample.image, &scaled, Some(&hints), settings, cancel)?;
+            let names = name_objects(&sample.image, &scaled, &guesses, Some(&hints), settings, cancel)?;
             let with_text = names.named.iter().zip(labels(names.categories));
             for (object, (named, by_image)) in read.objects.iter_mut().zip(with_text) {
                 let of_text = named.and_then(|named| catalog::category(&hints.named()[named].category));

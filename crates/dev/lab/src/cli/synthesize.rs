@@ -12,7 +12,7 @@ use clap::Args;
 use rayon::prelude::*;
 
 use super::split::SplitName;
-use crate::synthetic_images::{ImageTruth, Split, synthesize};
+use crate::synthetic_images::{ImageTruth, Split, SyntheticImage, synthesize, synthesize_close_up};
 use tabletopgen::cli::{Exit, Failure, terminal};
 
 /// Images per progress line.
@@ -33,6 +33,9 @@ pub struct Arguments {
     /// Longer side of the images
     #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(64..=4096))]
     size_px: u32,
+    /// Close-ups of one object each, which go through all categories; OUT gets a folder "close_ups" for them
+    #[arg(long)]
+    close_ups: bool,
     /// Output folder; complete images in it are kept
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -41,10 +44,17 @@ pub struct Arguments {
     threads: usize,
 }
 
+/// Makes the image of a split and a number, its longer side that many pixels.
+type Synthesize = fn(Split, u64, u32) -> SyntheticImage;
+
 /// Synthesizes the missing images.
 pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     let split = Split::from(arguments.split);
-    let folder = arguments.out.join(split.name());
+    let (folder, make): (_, Synthesize) = if arguments.close_ups {
+        (arguments.out.join("close_ups").join(split.name()), synthesize_close_up)
+    } else {
+        (arguments.out.join(split.name()), synthesize)
+    };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(arguments.threads)
         .build()
@@ -59,7 +69,7 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
                 kept.fetch_add(1, Ordering::Relaxed);
                 return Ok(());
             }
-            write(&place, split, number, arguments.size_px)?;
+            write(&place, &make(split, number, arguments.size_px))?;
             let done = rendered.fetch_add(1, Ordering::Relaxed) + 1;
             if done.is_multiple_of(REPORTED_EVERY) {
                 let each = started.elapsed().as_secs_f64() / done as f64;
@@ -86,8 +96,7 @@ fn is_whole(place: &Path, number: u64, size_px: u32) -> bool {
 }
 
 /// Writes the truth last and atomically: if it exists, all files do.
-fn write(place: &Path, split: Split, number: u64, size_px: u32) -> Result<(), Failure> {
-    let sample = synthesize(split, number, size_px);
+fn write(place: &Path, sample: &SyntheticImage) -> Result<(), Failure> {
     let truth = serde_json::to_vec(&sample.truth)
         .map_err(|error| Failure::new(Exit::Error, format!("the truth has no JSON form: {error}; a bug")))?;
     let written = std::fs::create_dir_all(place)
@@ -112,12 +121,12 @@ mod tests {
         let home = tempfile::tempdir().expect("a folder");
         let place = home.path().join("000005");
         assert!(!is_whole(&place, 5, 96));
-        write(&place, Split::Validation, 5, 96).expect("written");
+        write(&place, &synthesize(Split::Validation, 5, 96)).expect("written");
         assert!(is_whole(&place, 5, 96) && !is_whole(&place, 5, 128) && !is_whole(&place, 6, 96));
         let image = std::fs::read(place.join("image.jpg")).expect("a picture");
         std::fs::write(place.join("truth.json"), b"{\"split\":").expect("written");
         assert!(!is_whole(&place, 5, 96));
-        write(&place, Split::Validation, 5, 96).expect("written");
+        write(&place, &synthesize(Split::Validation, 5, 96)).expect("written");
         assert_eq!(std::fs::read(place.join("image.jpg")).expect("a picture"), image);
     }
 }

@@ -73,7 +73,17 @@ impl Object {
             let mesh = composite::build(kind, tone, rng).scaled(DVec3::splat(scale));
             return Self::new(kind.name(), true, mesh, false, kind.carries(), false);
         }
-        let category = categories[rng.random_range(0..categories.len())];
+        Self::of_category(split, categories[rng.random_range(0..categories.len())], palette, scale, rng)
+    }
+
+    /// A random object of the category, `scale` times its usual size.
+    pub(super) fn of_category(
+        split: Split,
+        category: &'static Category,
+        palette: Palette,
+        scale: f64,
+        rng: &mut Rng,
+    ) -> Self {
         let color = match palette {
             Palette::Tone(tone) => Some(near(rng, tone, 0.07)),
             Palette::Usual if chance(rng, 0.22) => {

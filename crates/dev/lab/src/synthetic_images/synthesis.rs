@@ -12,6 +12,7 @@ use super::sampling::{chance, near, pale, uniform, weighted};
 use super::table::{self, Table};
 use super::truth::{ImageTruth, Labels, ObjectTruth, TableTruth};
 use super::viewpoint::{self, Viewpoint};
+use catalog::{Category, categories};
 use geometry::{Camera, Pose};
 use imaging::Image;
 use imaging::srgb::LINEAR_OF_SRGB;
@@ -49,11 +50,44 @@ pub fn synthesize(split: Split, number: u64, size_px: u32) -> SyntheticImage {
     let table = table::draw(split, &mut child_rng(seed, "table"));
     let placed = placed_objects(split, &table, seed);
     let view = viewpoint::draw(&table, &placed, size_px.max(64), &mut child_rng(seed, "camera"));
+    develop(&Scenery { split, number, seed, table, placed, view }, size_px)
+}
+
+/// Synthesizes a close-up of one object among neighbors. Close-ups go through all categories of the catalog, in every
+/// split; only finishes, backdrops and composites are those of the split.
+pub fn synthesize_close_up(split: Split, number: u64, size_px: u32) -> SyntheticImage {
+    let seed = child_seed(number, &format!("close-up of {}", split.name()));
+    let table = table::draw(split, &mut child_rng(seed, "table"));
+    let target = &categories()[(number % categories().len() as u64) as usize];
+    let placed = close_up_objects(split, target, &table, seed);
+    let shown = placed.iter().position(|one| one.object.name == target.name);
+    let mut rng = child_rng(seed, "camera");
+    let view = match shown {
+        Some(shown) => viewpoint::close_up(&placed[shown], size_px.max(64), &mut rng),
+        None => viewpoint::draw(&table, &placed, size_px.max(64), &mut rng),
+    };
+    develop(&Scenery { split, number, seed, table, placed, view }, size_px)
+}
+
+/// The objects before the camera.
+struct Scenery {
+    split: Split,
+    number: u64,
+    seed: u64,
+    table: Table,
+    placed: Vec<Placed>,
+    view: Viewpoint,
+}
+
+/// Renders the scenery under a random light before a random backdrop, and degrades the image.
+fn develop(scenery: &Scenery, size_px: u32) -> SyntheticImage {
+    let Scenery { split, number, seed, table, placed, view } = scenery;
+    let (split, number, seed) = (*split, *number, *seed);
     let illumination = Illumination::draw(&mut child_rng(seed, "light"));
     let backdrop = Backdrop::draw(split, &mut child_rng(seed, "backdrop"));
     let mut rng = child_rng(seed, "darkroom");
     let degradation = ImageDegradation::draw(size_px, &mut rng);
-    let scene = PlacedScene { table: &table, placed: &placed, camera: view.camera };
+    let scene = PlacedScene { table, placed, camera: view.camera };
     let frame = scene.render(&illumination, &backdrop, size_px);
     let labels = scene.labels(&frame.front);
     let lines = |k: usize| is_line(&frame.front, k);
@@ -71,7 +105,7 @@ pub fn synthesize(split: Split, number: u64, size_px: u32) -> SyntheticImage {
         backdrop: backdrop.kind.name().to_owned(),
         is_cartoon: degradation.cartoon,
         table: scene.table_truth(),
-        objects: scene.object_truths(&labels, &view),
+        objects: scene.object_truths(&labels, view),
     };
     SyntheticImage { image: decoded(&jpeg), jpeg, labels, truth }
 }
@@ -85,6 +119,24 @@ fn placed_objects(split: Split, table: &Table, seed: u64) -> Vec<Placed> {
         let wanted = !objects.is_empty();
         let placed = arrange(objects, &table.outline, style, &mut rng);
         if !placed.is_empty() || !wanted {
+            return placed;
+        }
+    }
+    Vec::new()
+}
+
+/// The target and up to five other objects close to it; smaller ones if the table has no space for the target.
+fn close_up_objects(split: Split, target: &'static Category, table: &Table, seed: u64) -> Vec<Placed> {
+    let mut rng = child_rng(seed, "arrangement");
+    let all: Vec<&'static Category> = categories().iter().collect();
+    let style = ArrangementStyle { huddled_share: 0.9, ..ArrangementStyle::draw(&mut rng) };
+    for shrunk in [1.0, 0.6, 0.3] {
+        let scale = shrunk * uniform(&mut rng, 0.85, 1.15);
+        let mut objects = vec![Object::of_category(split, target, Palette::Usual, scale, &mut rng)];
+        let neighbors = rng.random_range(0..=5);
+        objects.extend((0..neighbors).map(|_| Object::draw(split, Palette::Usual, scale, &all, &mut rng)));
+        let placed = arrange(objects, &table.outline, style, &mut rng);
+        if placed.iter().any(|one| one.object.name == target.name) {
             return placed;
         }
     }

@@ -35,18 +35,7 @@ pub(super) fn draw(table: &Table, placed: &[Placed], size_px: u32, rng: &mut Rng
     } else {
         weighted(rng, &[(Framing::Whole, 7.0), (Framing::Top, 1.6), (Framing::Detail, 1.4)])
     };
-    let aspect = weighted(rng, &[(4.0 / 3.0, 4.0), (1.0, 2.5), (1.5, 1.5), (16.0 / 9.0, 1.0), (0.75, 0.7)]);
-    let [width, height] = if aspect >= 1.0 { [1.0, 1.0 / aspect] } else { [aspect, 1.0] }
-        .map(|share: f64| (share * f64::from(size_px)).round() as u32);
-    let fov_x_rad =
-        if chance(rng, 0.75) { triangular(rng, 24.0, 48.0) } else { uniform(rng, 18.0, 66.0) }.to_radians();
-    let elevation_rad =
-        if chance(rng, 0.75) { triangular(rng, 14.0, 60.0) } else { uniform(rng, 10.0, 75.0) }.to_radians();
-    let azimuth_rad = match rng.random_range(0..10) {
-        0..3 => uniform(rng, -0.03, 0.03),
-        3..7 => uniform(rng, -0.35, 0.35),
-        _ => uniform(rng, -0.79, 0.79),
-    };
+    let lens = Lens::draw(size_px, rng);
     let points = match framing {
         Framing::Whole => [sparse(&table.mesh.positions), corners(placed.iter())].concat(),
         Framing::Top => {
@@ -65,8 +54,7 @@ pub(super) fn draw(table: &Table, placed: &[Placed], size_px: u32, rng: &mut Rng
         Framing::Detail => uniform(rng, 0.04, 0.22),
         _ => uniform(rng, 0.015, 0.14),
     };
-    let angles = Angles { azimuth_rad, elevation_rad };
-    let mut camera = framed(&points, angles, fov_x_rad, [width, height], margin);
+    let mut camera = framed(&points, lens, margin, NEAREST_M);
     if chance(rng, 0.12) {
         let roll_rad = uniform(rng, -0.12, 0.12);
         let pose = &mut camera.world_from_camera;
@@ -74,16 +62,52 @@ pub(super) fn draw(table: &Table, placed: &[Placed], size_px: u32, rng: &mut Rng
     }
     // A cropped image has an off-center principal point.
     if chance(rng, 0.1) {
-        camera.cx += uniform(rng, -0.08, 0.08) * f64::from(width);
-        camera.cy += uniform(rng, -0.08, 0.08) * f64::from(height);
+        camera.cx += uniform(rng, -0.08, 0.08) * f64::from(camera.width_px);
+        camera.cy += uniform(rng, -0.08, 0.08) * f64::from(camera.height_px);
     }
     Viewpoint { camera, framing }
 }
 
+/// Samples a camera that shows one object large.
+pub(super) fn close_up(shown: &Placed, size_px: u32, rng: &mut Rng) -> Viewpoint {
+    let lens = Lens::draw(size_px, rng);
+    let margin = uniform(rng, 0.05, 0.33);
+    let points = corners(std::iter::once(shown));
+    Viewpoint { camera: framed(&points, lens, margin, NEAREST_CLOSE_UP_M), framing: Framing::Detail }
+}
+
+/// Smallest distances of a camera from what it shows, meters.
+const NEAREST_M: f64 = 0.25;
+const NEAREST_CLOSE_UP_M: f64 = 0.08;
+
+/// Size of the image, field of view, and direction of the camera.
 #[derive(Clone, Copy)]
-struct Angles {
+struct Lens {
+    size_px: [u32; 2],
+    fov_x_rad: f64,
     azimuth_rad: f64,
     elevation_rad: f64,
+}
+
+impl Lens {
+    fn draw(size_px: u32, rng: &mut Rng) -> Self {
+        let aspect =
+            weighted(rng, &[(4.0 / 3.0, 4.0), (1.0, 2.5), (1.5, 1.5), (16.0 / 9.0, 1.0), (0.75, 0.7)]);
+        let [width, height] = if aspect >= 1.0 { [1.0, 1.0 / aspect] } else { [aspect, 1.0] }
+            .map(|share: f64| (share * f64::from(size_px)).round() as u32);
+        let fov_x_rad =
+            if chance(rng, 0.75) { triangular(rng, 24.0, 48.0) } else { uniform(rng, 18.0, 66.0) }
+                .to_radians();
+        let elevation_rad =
+            if chance(rng, 0.75) { triangular(rng, 14.0, 60.0) } else { uniform(rng, 10.0, 75.0) }
+                .to_radians();
+        let azimuth_rad = match rng.random_range(0..10) {
+            0..3 => uniform(rng, -0.03, 0.03),
+            3..7 => uniform(rng, -0.35, 0.35),
+            _ => uniform(rng, -0.79, 0.79),
+        };
+        Self { size_px: [width, height], fov_x_rad, azimuth_rad, elevation_rad }
+    }
 }
 
 /// A subset of the points that includes the extreme ones.
@@ -113,13 +137,14 @@ fn corners<'a>(placed: impl Iterator<Item = &'a Placed>) -> Vec<DVec3> {
         .collect()
 }
 
-/// The camera at these angles whose frame the points fill up to the margin (a share of each side).
-fn framed(points: &[DVec3], angles: Angles, fov_x_rad: f64, size_px: [u32; 2], margin: f64) -> Camera {
+/// The camera of that lens whose frame the points fill up to the margin (a share of each side), at least `nearest_m`
+/// away from them.
+fn framed(points: &[DVec3], lens: Lens, margin: f64, nearest_m: f64) -> Camera {
+    let Lens { size_px, fov_x_rad, azimuth_rad, elevation_rad } = lens;
     let (low, high) =
         points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
     let (mut target_m, mut distance_m) = (0.5 * (low + high), 2.5 * (high - low).length());
     let camera = |target_m: DVec3, distance_m: f64| {
-        let Angles { azimuth_rad, elevation_rad } = angles;
         Camera::orbit(size_px[0], size_px[1], fov_x_rad, target_m, azimuth_rad, elevation_rad, distance_m)
     };
     for _ in 0..10 {
@@ -141,7 +166,7 @@ fn framed(points: &[DVec3], angles: Angles, fov_x_rad: f64, size_px: [u32; 2], m
         let off = 0.5 * (lowest + highest) - DVec2::new(trial.cx, trial.cy);
         target_m += trial.world_from_camera.transform_vector((off * distance_m / trial.fx).extend(0.0));
         let used = (highest - lowest) / DVec2::new(f64::from(size_px[0]), f64::from(size_px[1]));
-        distance_m = (distance_m * used.max_element() / (1.0 - 2.0 * margin)).max(0.25);
+        distance_m = (distance_m * used.max_element() / (1.0 - 2.0 * margin)).max(nearest_m);
     }
     camera(target_m, distance_m)
 }

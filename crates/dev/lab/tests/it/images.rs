@@ -62,7 +62,7 @@ fn image_benchmark_writes_tables_and_comparison_images() {
     assert_eq!(output.status.code(), Some(0), "{}", message(&output));
     let json = std::fs::read(home.path().join("with_text/images.json")).unwrap();
     let report: Value = serde_json::from_slice(&json).unwrap();
-    let candidates = &report["with_text"]["groups"]["image candidates"];
+    let candidates = &report["with_text"]["groups"]["categories"];
     let count = |key: &str| candidates[key].as_u64().unwrap_or_else(|| panic!("{key}: {report}"));
     assert!(count("right_with_text") >= count("right") && count("right_with_text") > 0, "{candidates}");
     let named = run(home.path(), &["evaluate", "--set", "images", "--scene", "office"]);

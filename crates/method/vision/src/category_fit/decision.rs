@@ -1,12 +1,12 @@
 //! Decision: one scale for the image, and for each object the probability of each category, or of none.
 //!
-//! The score of a candidate is a weighted sum of its evidence. The null hypothesis has a score too; it grows with
-//! the fit of the primitive, with the occluded share, and with the number of fitting shapes. Probabilities are the
+//! The score of a candidate is a weighted sum of its evidence: the recognizer's guess, the fit of the mesh, its
+//! colors, and its size. The null hypothesis has a score too; it grows with the probability that the recognizer
+//! leaves to other categories, with the fit of the primitive, and with the occluded share. Probabilities are the
 //! softmax of the scores. The scale of the image may be off, equally for all objects; it is the one of maximum
 //! joint likelihood.
 //!
-//! The weights maximize the likelihood on synthetic training images, with the object's own category left out half
-//! of the time. The threshold of a name was chosen on validation images.
+//! The weights maximize the likelihood on synthetic images. The threshold of a name was chosen on others.
 
 use super::{CategoryFitSettings, CategoryMatch, ObjectEvidence};
 
@@ -30,6 +30,8 @@ pub struct Naming {
 
 /// Weights of a candidate's score.
 struct Weights {
+    /// Weight of the recognizer's guess, a logarithm.
+    guess: f64,
     /// Weight of the logarithm of the outlines' non-overlapping share.
     mismatch: f64,
     first_mismatch: f64,
@@ -37,21 +39,25 @@ struct Weights {
     /// Weight of the logarithm of the color variance that the mesh leaves, relative to the ramp.
     unexplained: f64,
     off_palette: f64,
+    /// Score of a mesh that could not be fitted.
+    unfitted: f64,
     /// Weight of the squared logarithm of an atypical size.
     odd_size: f64,
-    /// Score of the null hypothesis: a constant, and the weights of the primitive's misfit, the occluded outline,
-    /// the size in the image, and the misfit of the runners-up.
+    /// Score of the null hypothesis: a constant, and the weights of what the recognizer leaves to others, of the
+    /// primitive's misfit, of the occluded outline, and of the size in the image.
     none: [f64; 5],
 }
 
 const WEIGHTS: Weights = Weights {
-    mismatch: -5.88,
-    first_mismatch: -0.68,
-    stray: -0.88,
-    unexplained: -6.94,
-    off_palette: -0.07,
-    odd_size: -4.12,
-    none: [4.97, -0.29, 2.47, 0.02, -5.04],
+    guess: 0.78,
+    mismatch: -1.17,
+    first_mismatch: 0.0,
+    stray: -0.32,
+    unexplained: -2.68,
+    off_palette: -0.05,
+    unfitted: 0.0,
+    odd_size: -0.5,
+    none: [0.67, 0.83, -0.17, 0.73, 0.11],
 };
 
 /// Range and step of the scales, natural logarithm, and the standard deviation of a scale.
@@ -62,37 +68,25 @@ const SCALE_SIGMA: f64 = 0.35;
 const MIN_VOTES: usize = 3;
 const VOTES_WITHIN: f64 = 0.15;
 
-/// Assigns the likely categories. `allowed` filters candidates by object index and category name.
+/// Assigns the likely categories. `allowed` filters them by object index and category name.
 pub fn assign_categories(
     evidence: &[ObjectEvidence],
     settings: &CategoryFitSettings,
     allowed: impl Fn(usize, &str) -> bool,
 ) -> Naming {
-    let candidates: Vec<Vec<&CategoryMatch>> = evidence
-        .iter()
-        .enumerate()
-        .map(|(object, found)| {
-            found.matches.iter().filter(|candidate| allowed(object, candidate.category)).collect()
-        })
-        .collect();
-    let likelihood = |log_scale: f64| {
-        let all = evidence.iter().zip(&candidates).map(|(found, matches)| log_sum(found, matches, log_scale));
-        all.sum::<f64>()
-    };
+    let likelihood = |log_scale: f64| evidence.iter().map(|found| log_sum(found, log_scale)).sum::<f64>();
     let tried = scales().map(|(scale, prior)| (likelihood(scale) + prior, scale));
     let log_scale = tried.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, scale)| scale);
     let objects: Vec<Option<CategoryAssignment>> = evidence
         .iter()
-        .zip(&candidates)
-        .map(|(found, matches)| {
-            let sum = log_sum(found, matches, log_scale);
-            let best = matches
-                .iter()
-                .map(|candidate| (score(candidate, log_scale), *candidate))
-                .max_by(|a, b| a.0.total_cmp(&b.0))?;
-            let confidence = (best.0 - sum).exp();
-            (confidence >= settings.min_confidence)
-                .then(|| CategoryAssignment { category_match: best.1.clone(), confidence })
+        .enumerate()
+        .map(|(object, found)| {
+            let scored = found.matches.iter().map(|candidate| (score(candidate, log_scale), candidate));
+            let (best, candidate) = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
+            let confidence = (best - log_sum(found, log_scale)).exp();
+            // An object that is most likely what it cannot be stays without a name.
+            let is_named = confidence >= settings.min_confidence && allowed(object, candidate.category);
+            is_named.then(|| CategoryAssignment { category_match: candidate.clone(), confidence })
         })
         .collect();
     let scale = vote(&objects);
@@ -119,9 +113,9 @@ pub fn vote(objects: &[Option<CategoryAssignment>]) -> Option<f64> {
 }
 
 /// Log-sum-exp of all scores, including the null hypothesis.
-pub(super) fn log_sum(found: &ObjectEvidence, matches: &[&CategoryMatch], log_scale: f64) -> f64 {
-    let none = none_score(found, matches);
-    let scores: Vec<f64> = matches.iter().map(|candidate| score(candidate, log_scale)).collect();
+pub(super) fn log_sum(found: &ObjectEvidence, log_scale: f64) -> f64 {
+    let none = none_score(found);
+    let scores: Vec<f64> = found.matches.iter().map(|candidate| score(candidate, log_scale)).collect();
     let highest = scores.iter().copied().fold(none, f64::max);
     highest + (scores.iter().map(|score| (score - highest).exp()).sum::<f64>() + (none - highest).exp()).ln()
 }
@@ -131,27 +125,33 @@ fn mismatch(overlap: f64) -> f64 {
     ((1.0 - overlap).max(0.0) + 0.02).ln()
 }
 
+/// The score of a guess of the recognizer.
 pub(super) fn score(candidate: &CategoryMatch, log_scale: f64) -> f64 {
-    let unexplained = ((1.0 - candidate.by_mesh + 0.05) / (1.0 - candidate.by_ramp + 0.05)).ln();
-    let odd = ((candidate.oversize - log_scale).abs() - candidate.usual_spread).max(0.0);
-    WEIGHTS.mismatch * mismatch(candidate.overlap)
-        + WEIGHTS.first_mismatch * mismatch(candidate.first_overlap)
-        + WEIGHTS.stray * candidate.stray
-        + WEIGHTS.unexplained * unexplained
-        + WEIGHTS.off_palette * candidate.off_palette
-        + WEIGHTS.odd_size * odd.powi(2)
+    WEIGHTS.guess * candidate.log_guess + score_of_fit(candidate, log_scale)
 }
 
-fn none_score(found: &ObjectEvidence, matches: &[&CategoryMatch]) -> f64 {
-    let mut others: Vec<f64> = matches.iter().map(|candidate| candidate.overlap).collect();
-    others.sort_by(|a, b| b.total_cmp(a));
-    let others: Vec<f64> = others.into_iter().skip(1).take(5).collect();
-    let others_mismatch = mismatch(others.iter().sum::<f64>() / others.len().max(1) as f64);
+/// The part of the score that shape, colors and size give.
+pub(super) fn score_of_fit(candidate: &CategoryMatch, log_scale: f64) -> f64 {
+    let odd = ((candidate.oversize - log_scale).abs() - candidate.usual_spread).max(0.0);
+    let unexplained = ((1.0 - candidate.by_mesh + 0.05) / (1.0 - candidate.by_ramp + 0.05)).ln();
+    let by_shape = if candidate.is_fitted {
+        WEIGHTS.mismatch * mismatch(candidate.overlap)
+            + WEIGHTS.first_mismatch * mismatch(candidate.first_overlap)
+            + WEIGHTS.stray * candidate.stray
+            + WEIGHTS.unexplained * unexplained
+            + WEIGHTS.off_palette * candidate.off_palette
+    } else {
+        WEIGHTS.unfitted
+    };
+    by_shape + WEIGHTS.odd_size * odd.powi(2)
+}
+
+fn none_score(found: &ObjectEvidence) -> f64 {
     let size = (found.area_cells * found.cell_px.powi(2)).max(1.0).ln();
-    let [constant, solid, hidden, large, crowd] = WEIGHTS.none;
+    let [constant, other, solid, hidden, large] = WEIGHTS.none;
     constant
+        + other * found.log_other
         + solid * mismatch(found.solid_overlap)
         + hidden * found.hidden_rim
         + large * size
-        + crowd * others_mismatch
 }

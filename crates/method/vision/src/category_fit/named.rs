@@ -13,11 +13,12 @@
 use rayon::prelude::*;
 
 use super::assignment::maximize;
-use super::decision::{log_sum, scales, score};
+use super::decision::{log_sum, scales, score, score_of_fit};
 use super::observed::{MaskedImage, Observation};
 use super::outline_raster::Raster;
-use super::stock_mesh::{StockCategory, StockMesh, VARIANTS, stock};
+use super::stock_mesh::{StockCategory, StockMesh, VARIANTS, stock_of};
 use super::{CategoryFitSettings, CategoryMatch, ObjectEvidence, Region, ViewGeometry};
+use crate::object_recognizer::CategoryGuess;
 use crate::pixels::{distance, lab_of_srgb};
 use crate::reading::ImageReading;
 use catalog::{Category, SizeRange};
@@ -52,9 +53,15 @@ pub struct NamedAssignment {
 }
 
 /// Prior odds of a named object against another explanation, natural logarithm. Set by hand: it makes up for the
-/// categories of the catalog that the text leaves out. Of eight training images, 8 in its place named two more of 20
-/// objects, and three of nine that the text does not name.
-const NAMED_PRIOR: f64 = 5.0;
+/// categories of the catalog that the text leaves out.
+const NAMED_PRIOR: f64 = 2.5;
+
+/// Weight of shape, colors and size of a named kind, times that of a guess: the recognizer, which has seen shapes, may
+/// not know this one. Set by hand.
+const NAMED_FIT: f64 = 3.0;
+
+/// Smallest probability of a guess for what the text names: the recognizer may not know an object of that kind.
+const MIN_OF_NAMED: f64 = 0.02;
 
 /// Benefit of a kind whose mesh cannot be compared: at the border of the image, or hidden.
 const UNSEEN: f64 = -12.0;
@@ -66,7 +73,8 @@ const MAX_COLOR_SIGMAS: f32 = 3.0;
 /// Maximum error of the scale for named kinds, natural logarithm; the score decides about the rest.
 const MAX_OVERSIZE: f64 = 1.2;
 
-/// The best fit of each kind to each object of a reading in meters: `[object][kind]`.
+/// The best fit of each kind to each object of a reading in meters: `[object][kind]`. `guesses` are the recognizer's
+/// for each object.
 ///
 /// # Errors
 ///
@@ -74,6 +82,7 @@ const MAX_OVERSIZE: f64 = 1.2;
 pub fn named_evidence(
     image: &Image,
     reading: &ImageReading,
+    guesses: &[Vec<CategoryGuess>],
     kinds: &[NamedKind],
     settings: &CategoryFitSettings,
     cancel: &CancelFlag,
@@ -82,7 +91,15 @@ pub fn named_evidence(
     let masks: Vec<&Mask> = reading.objects.iter().map(|object| &object.mask).collect();
     let masked = MaskedImage { image, camera: &reading.camera, masks: &masks };
     let max_oversize = settings.max_oversize.max(MAX_OVERSIZE);
-    let fits = |index: usize| fits_of_object(&masked, reading, index, &stocks, max_oversize, cancel);
+    let fits = |index: usize| {
+        let mut fits = fits_of_object(&masked, reading, index, &stocks, max_oversize, cancel)?;
+        for (fit, kind) in fits.iter_mut().zip(kinds) {
+            let guess = guesses[index].iter().find(|guess| guess.category.name == kind.category.name);
+            let probability = guess.map_or(0.0, |guess| guess.probability);
+            fit.iter_mut().for_each(|fit| fit.log_guess = probability.max(MIN_OF_NAMED).ln());
+        }
+        Ok(fits)
+    };
     (0..masks.len()).into_par_iter().map(fits).collect()
 }
 
@@ -99,7 +116,7 @@ fn fits_of_object(
     let Some(observed) = Observation::new(masked, index, solid) else { return Ok(fits) };
     let Some(view) = ViewGeometry::new(camera, solid.center, solid.size.z) else { return Ok(fits) };
     let support_scale = reading.support_scale(index);
-    let region = Region { observed: &observed, view: &view, camera, center: solid.center, support_scale };
+    let region = Region { observed: &observed, view: &view, camera, solid, support_scale };
     let mut raster = Raster::default();
     for (fit, stock) in fits.iter_mut().zip(stocks) {
         cancel.check()?;
@@ -117,9 +134,7 @@ enum Stock {
 
 impl Stock {
     fn of(kind: &NamedKind) -> Self {
-        let shared =
-            stock().iter().find(|stock| stock.category.name == kind.category.name && stock.size == kind.size);
-        match shared {
+        match stock_of(kind.category).filter(|stock| stock.size == kind.size) {
             Some(shared) => Self::Shared(shared),
             None => Self::Own(Box::new(StockCategory::new(kind.category, kind.size))),
         }
@@ -146,15 +161,12 @@ pub fn assign_named(
     colors: &[Rgb],
     named: &[NamedObject],
 ) -> NamedAssignment {
-    let others: Vec<Vec<&CategoryMatch>> =
-        evidence.iter().map(|found| found.matches.iter().collect()).collect();
     let color_costs: Vec<Vec<f64>> = colors
         .iter()
         .map(|seen| named.iter().map(|object| color_cost(*seen, object.color)).collect())
         .collect();
     let at_scale = |log_scale: f64| {
-        let unnamed: Vec<f64> =
-            evidence.iter().zip(&others).map(|(found, matches)| log_sum(found, matches, log_scale)).collect();
+        let unnamed: Vec<f64> = evidence.iter().map(|found| log_sum(found, log_scale)).collect();
         let benefits: Vec<Vec<f64>> = fits
             .iter()
             .enumerate()
@@ -162,7 +174,10 @@ pub fn assign_named(
                 let of_kind: Vec<f64> = fits
                     .iter()
                     .map(|fit| match fit {
-                        Some(fit) => score(fit, log_scale) - unnamed[region],
+                        Some(fit) => {
+                            score(fit, log_scale) + (NAMED_FIT - 1.0) * score_of_fit(fit, log_scale)
+                                - unnamed[region]
+                        }
                         None => UNSEEN,
                     })
                     .collect();

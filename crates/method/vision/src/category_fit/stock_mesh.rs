@@ -58,8 +58,13 @@ pub(super) struct StockCategory {
     pub palette: Vec<[f32; 3]>,
 }
 
+/// The category with its meshes, of usual size; `None` for a hidden one.
+pub(super) fn stock_of(category: &Category) -> Option<&'static StockCategory> {
+    stock().iter().find(|stock| stock.category.name == category.name)
+}
+
 /// Every category of the catalog, in its order.
-pub(super) fn stock() -> &'static [StockCategory] {
+fn stock() -> &'static [StockCategory] {
     static STOCK: LazyLock<Vec<StockCategory>> = LazyLock::new(|| {
         let of = |category: &'static Category| StockCategory::new(category, category.size);
         catalog::categories().iter().map(of).collect()

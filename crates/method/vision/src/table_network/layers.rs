@@ -1,12 +1,8 @@
 //! Convolutions and residual blocks, read by name and checked.
 
-use candle_core::safetensors::BufferedSafetensors;
-use candle_core::{DType, Device, Result, Tensor};
+use candle_core::{Result, Tensor};
 
-use super::error::NetworkWeightsError;
-
-/// Tensors of a file by name.
-pub(super) struct Reader(pub BufferedSafetensors);
+use crate::network_weights::{NetworkWeights, NetworkWeightsError};
 
 /// Square, odd-sized, padded by half its size; with a bias.
 pub(super) struct Convolution {
@@ -22,23 +18,7 @@ pub(super) struct Block {
     widen: Convolution,
 }
 
-impl Reader {
-    pub(super) fn has(&self, tensor: &str) -> bool {
-        self.0.get(tensor).is_ok()
-    }
-
-    /// The tensor in f32, if every value is finite.
-    fn take(&self, tensor: &str) -> std::result::Result<Tensor, NetworkWeightsError> {
-        if !self.has(tensor) {
-            return Err(NetworkWeightsError::Missing { tensor: tensor.to_owned() });
-        }
-        let values = self.0.load(tensor, &Device::Cpu)?.to_dtype(DType::F32)?;
-        if !values.sum_all()?.to_scalar::<f32>()?.is_finite() {
-            return Err(NetworkWeightsError::NotFinite { tensor: tensor.to_owned() });
-        }
-        Ok(values)
-    }
-
+impl NetworkWeights {
     pub(super) fn convolution(
         &self,
         name: &str,
@@ -52,7 +32,7 @@ impl Reader {
             let expected = format!("(any number, {inputs}, n, n) with an odd n");
             return Err(NetworkWeightsError::Shape { tensor, found, expected });
         }
-        let bias = self.bias(name, found[0])?.reshape((1, found[0], 1, 1))?;
+        let bias = self.vector(&format!("{name}.bias"), found[0])?.reshape((1, found[0], 1, 1))?;
         Ok(Convolution { weight, bias, stride, padding: found[2] / 2 })
     }
 
@@ -60,15 +40,6 @@ impl Reader {
         let narrow = self.convolution(&format!("{name}.narrow"), width, 1)?;
         let widen = self.convolution(&format!("{name}.widen"), narrow.outputs()?, 1)?;
         Ok(Block { narrow, widen: widen.with_outputs(width, &format!("{name}.widen.weight"))? })
-    }
-
-    fn bias(&self, name: &str, outputs: usize) -> std::result::Result<Tensor, NetworkWeightsError> {
-        let (tensor, bias) = (format!("{name}.bias"), self.take(&format!("{name}.bias"))?);
-        if bias.dims() != [outputs] {
-            let (found, expected) = (bias.dims().to_vec(), format!("({outputs},)"));
-            return Err(NetworkWeightsError::Shape { tensor, found, expected });
-        }
-        Ok(bias)
     }
 }
 

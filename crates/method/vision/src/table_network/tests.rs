@@ -2,6 +2,7 @@
 //! and rejection of unfit files.
 
 use candle_core::DType;
+use candle_core::safetensors::BufferedSafetensors;
 
 use super::*;
 

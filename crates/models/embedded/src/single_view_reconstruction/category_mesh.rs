@@ -1,15 +1,18 @@
 //! Catalog mesh of a recognized object, in the colors of its image.
 //!
-//! Each visible part takes the mean color of the brighter half of its pixels. So prints and grain stay those of
-//! the catalog, and hidden surfaces match the visible ones. Hidden parts keep the catalog's colors.
+//! Each visible part takes the mean color of the brighter half of its pixels, so that hidden surfaces match the visible
+//! ones. Where a part has a print, its faces toward the camera take the image itself; only its hidden sides keep the
+//! print of the catalog. Hidden parts keep the catalog's colors.
 
 use std::sync::Arc;
 
 use glam::DVec2;
 
+use super::texture::Projection;
 use catalog::Recipe;
 use geometry::polygon::convex_hull_2d;
-use geometry::{Camera, Pose, Rgb, TexturedMesh};
+use geometry::{Camera, FaceGroup, Material, Pose, Rgb, TexturedMesh};
+use imaging::Texture;
 use imaging::srgb::{LINEAR_OF_SRGB, encode_srgb};
 use ports::Completion;
 use render::{RenderObject, View, render_geometry};
@@ -18,6 +21,9 @@ use scene::{CategoryStance, RecognizedObject};
 /// Minimum number of pixels of a part that takes their color, and their minimum share of all.
 const MIN_PX: usize = 12;
 const MIN_SHARE: f64 = 0.004;
+
+/// Name of the material that shows the image.
+pub(super) const IMAGE_MATERIAL: &str = "image";
 
 /// The mesh of the category in its recognized stance, canonical frame; `None` for an object without a category.
 pub(super) fn as_category(object: &RecognizedObject) -> Option<(Arc<TexturedMesh>, &CategoryStance)> {
@@ -40,17 +46,19 @@ pub(super) fn footprint(object: &RecognizedObject) -> Option<Vec<DVec2>> {
     Some(convex_hull_2d(&points))
 }
 
-/// The mesh in the image's colors.
+/// The mesh in the image's colors; `texture_px` is the longer side of a texture cut from the image.
 pub(super) fn dressed(
     object: &RecognizedObject,
     completion: &Completion,
     camera: &Camera,
+    texture_px: u32,
 ) -> Option<TexturedMesh> {
     let (mesh, stance) = as_category(object)?;
     let pose = Pose::upright(stance.center.extend(0.0), stance.yaw_rad);
     let mut mesh = (*mesh).clone();
-    for (material, color) in part_colors(&mesh, &pose, completion, camera) {
-        let material = &mut mesh.materials[material];
+    let shown = part_colors(&mesh, &pose, completion, camera);
+    for (material, color) in &shown {
+        let material = &mut mesh.materials[*material];
         let worn = material.base_color_texture.as_ref().map_or([1.0; 3], |texture| {
             let [r, g, b, _] = texture.halved().last().unwrap_or(texture).pixel(0, 0);
             [r, g, b].map(|level| LINEAR_OF_SRGB[usize::from(level)])
@@ -58,7 +66,46 @@ pub(super) fn dressed(
         let level = |k: usize| f32::from(encode_srgb((color[k] / worn[k].max(0.02)).min(1.0))) / 255.0;
         material.base_color = Rgb([level(0), level(1), level(2)]);
     }
+    let is_print = |material: &usize| {
+        let material = &mesh.materials[*material];
+        // Textures with a relief are grain, which repeats.
+        material.base_color_texture.is_some() && material.relief == 0.0 && material.opacity >= 1.0
+    };
+    let printed: Vec<usize> = shown.iter().map(|(material, _)| *material).filter(is_print).collect();
+    let size = mesh.size_m();
+    let projection = Projection { camera, completion, world_from_solid: pose, size, texture_px };
+    take_image(&mut mesh, &printed, &projection);
     Some(mesh)
+}
+
+/// Faces of these materials toward the camera take the image.
+fn take_image(mesh: &mut TexturedMesh, materials: &[usize], projection: &Projection) {
+    let world_from_object = projection.world_from_solid;
+    let eye = world_from_object.inverse().transform_point(projection.camera.world_from_camera.translation_m);
+    let mut seen = Vec::new();
+    for group in mesh.groups.iter_mut().filter(|group| materials.contains(&group.material)) {
+        group.triangles.retain(|triangle| {
+            let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
+            let is_seen = (b - a).cross(c - a).dot(eye - (a + b + c) / 3.0) > 0.0;
+            if is_seen {
+                seen.push(*triangle);
+            }
+            !is_seen
+        });
+    }
+    if seen.is_empty() {
+        return;
+    }
+    for corner in seen.iter_mut().flatten() {
+        let (position, normal) = (mesh.positions[*corner as usize], mesh.normals[*corner as usize]);
+        *corner = mesh.positions.len() as u32;
+        mesh.positions.push(position);
+        mesh.normals.push(normal);
+        mesh.uvs.push(projection.uv(position));
+    }
+    mesh.groups.retain(|group| !group.triangles.is_empty());
+    mesh.groups.push(FaceGroup { material: mesh.materials.len(), triangles: seen });
+    mesh.materials.push(Material::textured(IMAGE_MATERIAL, Texture::new(projection.texture()), 0.6));
 }
 
 /// Materials of the visible parts, each with the linear light of its pixels.

@@ -1,4 +1,4 @@
-//! Image reader: the table network with its settings and a cache.
+//! Image reader: the table network and the object recognizer, with their settings and a cache.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,17 +9,21 @@ use sha2::{Digest as _, Sha256};
 
 use super::SingleViewSettings;
 use super::reading_cache::{ImageKey, ReadingCache};
-use imaging::Image;
+use imaging::{Image, Mask};
 use ports::{Port, ProviderError};
 use runtime::CancelFlag;
-use vision::table_network::{NetworkWeightsError, TableNetwork};
+use vision::category_fit::CategoryFitSettings;
+use vision::object_recognizer::{CategoryGuess, ObjectRecognizer};
+use vision::table_network::TableNetwork;
 use vision::{
-    CandidateRegions, ImageReading, NetworkReadingSettings, VisionError, candidate_regions, read_with_network,
+    CandidateRegions, ImageReading, NetworkError, NetworkReadingSettings, NetworkWeightsError, VisionError,
+    candidate_regions, read_with_network,
 };
 
-/// The table network, the digest of its weights, and the settings of the reader.
+/// The table network and the object recognizer, the digest of their weights, and the settings of the reader.
 pub struct ReadingNetwork {
     network: TableNetwork,
+    recognizer: ObjectRecognizer,
     sha256: String,
     settings: NetworkReadingSettings,
 }
@@ -35,6 +39,7 @@ pub enum LoadNetworkError {
 
 /// Built-in weights (`weights/README.md`).
 const BUILT_IN: &[u8] = include_bytes!("../../../../../weights/table_network.safetensors");
+const RECOGNIZER: &[u8] = include_bytes!("../../../../../weights/object_recognizer.safetensors");
 
 impl ReadingNetwork {
     /// The built-in network.
@@ -61,8 +66,33 @@ impl ReadingNetwork {
     }
 
     fn read(safetensors: Vec<u8>, settings: NetworkReadingSettings) -> Result<Self, NetworkWeightsError> {
-        let sha256 = runtime::digest::hex(&Sha256::digest(&safetensors));
-        Ok(Self { network: TableNetwork::read(safetensors)?, sha256, settings })
+        let digest = Sha256::new().chain_update(&safetensors).chain_update(RECOGNIZER).finalize();
+        Ok(Self {
+            network: TableNetwork::read(safetensors)?,
+            recognizer: ObjectRecognizer::read(RECOGNIZER.to_vec())?,
+            sha256: runtime::digest::hex(&digest),
+            settings,
+        })
+    }
+
+    /// The likely categories of the objects of a reading of that image, by their pixels alone. None if the settings
+    /// disable naming.
+    ///
+    /// # Errors
+    ///
+    /// [`NetworkError`] if the network has no answer, or `cancel` was set.
+    pub fn guesses(
+        &self,
+        image: &Image,
+        reading: &ImageReading,
+        settings: &CategoryFitSettings,
+        cancel: &CancelFlag,
+    ) -> Result<Vec<Vec<CategoryGuess>>, NetworkError> {
+        if settings.min_confidence >= 1.0 {
+            return Ok(vec![Vec::new(); reading.objects.len()]);
+        }
+        let masks: Vec<&Mask> = reading.objects.iter().map(|object| &object.mask).collect();
+        self.recognizer.recognize(image, &masks, cancel)
     }
 }
 
@@ -109,6 +139,17 @@ impl ImageReader {
         Ok(reading)
     }
 
+    /// The likely categories of the objects of a reading of that image, on behalf of the analyst.
+    pub(super) fn guesses(
+        &self,
+        image: &Image,
+        reading: &ImageReading,
+        cancel: &CancelFlag,
+    ) -> Result<Vec<Vec<CategoryGuess>>, ProviderError> {
+        let guesses = self.network.guesses(image, reading, &self.settings.naming, cancel);
+        guesses.map_err(|error| Self::on_behalf(Port::Analyst, error.into()))
+    }
+
     /// The candidate regions among which the reading selects objects.
     pub fn candidate_regions(
         &self,
@@ -126,10 +167,14 @@ impl ImageReader {
         port: Port,
         cancel: &CancelFlag,
     ) -> Result<Arc<ImageReading>, ProviderError> {
-        self.reading(image, cancel).map_err(|error| match error {
+        self.reading(image, cancel).map_err(|error| Self::on_behalf(port, error))
+    }
+
+    fn on_behalf(port: Port, error: VisionError) -> ProviderError {
+        match error {
             VisionError::Cancelled(cancelled) => ProviderError::Cancelled(cancelled),
             other => ProviderError::Rejected { port, code: other.code(), reason: other.to_string() },
-        })
+        }
     }
 }
 

@@ -68,7 +68,8 @@ pub fn recognize(
     let built = table_model(&reading, options)?;
     let size_m = table_size(&reading, &built, options, &reader.settings);
     let reading = (*reading).clone().scaled(size_m.x);
-    let naming = name_objects(image, &reading, hints, &reader.settings.naming, cancel)?;
+    let guesses = reader.guesses(image, &reading, cancel)?;
+    let naming = name_objects(image, &reading, &guesses, hints, &reader.settings.naming, cancel)?;
     let correction = naming.scale.filter(|scale| {
         let is_large = scale.ln().abs() > MIN_CORRECTION;
         !scale_is_given(options) && (naming.scale_is_stated || is_large)
@@ -158,12 +159,14 @@ fn ids(names: &ObjectNames, hints: Option<&RecognitionHints>) -> Vec<InstanceId>
 /// The stance of the category's mesh, if its outline fits about as well as the primitive.
 fn stance(named: &CategoryAssignment, object: &ObjectReading, correction: f64) -> Option<CategoryStance> {
     let found = &named.category_match;
-    (!found.is_lying && found.overlap >= object.solid.overlap - SHAPE_DOUBT).then(|| CategoryStance {
-        variant: found.variant,
-        center: correction * found.center,
-        yaw_rad: found.yaw_rad,
-        size_m: correction * found.size_m,
-        overlap: found.overlap,
+    (found.is_fitted && !found.is_lying && found.overlap >= object.solid.overlap - SHAPE_DOUBT).then(|| {
+        CategoryStance {
+            variant: found.variant,
+            center: correction * found.center,
+            yaw_rad: found.yaw_rad,
+            size_m: correction * found.size_m,
+            overlap: found.overlap,
+        }
     })
 }
 

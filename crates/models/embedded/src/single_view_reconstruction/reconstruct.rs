@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::SingleViewSettings;
-use super::category_mesh::dressed;
+use super::category_mesh::{IMAGE_MATERIAL, dressed};
 use super::primitive_mesh::primitive_mesh;
 use super::texture::{Projection, subdivided};
 use crate::orientation::randomly_oriented;
@@ -29,7 +29,7 @@ pub fn reconstruct(
     cancel: &CancelFlag,
 ) -> Result<RawMesh, ProviderError> {
     cancel.check()?;
-    if let Some(made) = of_category(request) {
+    if let Some(made) = of_category(request, settings) {
         return Ok(made);
     }
     let seen = stood_up(&request.object, &request.completion, &request.camera, settings);
@@ -65,21 +65,23 @@ pub fn reconstruct(
 }
 
 /// The mesh of the object's category, if it was recognized as one.
-fn of_category(request: &ReconstructionRequest) -> Option<RawMesh> {
+fn of_category(request: &ReconstructionRequest, settings: &SingleViewSettings) -> Option<RawMesh> {
     let object = &request.object;
-    let mesh = in_size(dressed(object, &request.completion, &request.camera)?, object);
+    let texture_px = settings.sizes.texture_px;
+    let mesh = in_size(dressed(object, &request.completion, &request.camera, texture_px)?, object);
     let overlap = object.seen_like.as_ref().map_or(0.0, |like| like.overlap);
+    let has_image = mesh.materials.iter().any(|material| material.name == IMAGE_MATERIAL);
     Some(RawMesh {
         mesh: randomly_oriented(mesh, request.seed).snap_to_f32(),
         method: ReconstructionMethod::Category,
         made_by: "embedded/photograph".to_owned(),
-        licence: "CC0-1.0".to_owned(),
+        licence: if has_image { "CC0-1.0 AND LicenseRef-input-image" } else { "CC0-1.0" }.to_owned(),
         notes: vec![
             format!(
                 "recognized as {}: its shape from the catalog, outline overlap {overlap:.2}",
                 object.label
             ),
-            "each part in the color of its pixels".to_owned(),
+            "each part in the color of its pixels; prints toward the camera are the image's".to_owned(),
         ],
     })
 }
@@ -111,7 +113,7 @@ pub fn as_seen(
     camera: &Camera,
     settings: &SingleViewSettings,
 ) -> Option<TexturedMesh> {
-    if let Some(mesh) = dressed(object, completion, camera) {
+    if let Some(mesh) = dressed(object, completion, camera, settings.sizes.texture_px) {
         return Some(in_size(mesh, object));
     }
     object.seen_as.as_ref()?;

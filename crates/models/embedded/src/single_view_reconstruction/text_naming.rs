@@ -1,5 +1,6 @@
 //! Names of the objects of an image: by the image alone, or with the help of a text that names what is in it.
 //!
+//! The recognizer guesses from the pixels, and its guesses are checked by their shapes and sizes.
 //! With a text, the objects of the image are assigned to the named ones jointly ([`vision::category_fit`]). What is
 //! left over keeps the category that the image alone gives it, except one that the text excludes. Stated sizes set
 //! the scale of the image.
@@ -11,6 +12,7 @@ use ports::{NamedObject, RecognitionHints};
 use runtime::{CancelFlag, Cancelled};
 use scene::instance::SupportRelation;
 use vision::category_fit::{self, CategoryAssignment, CategoryFitSettings, CategoryMatch, NamedKind};
+use vision::object_recognizer::CategoryGuess;
 use vision::{ImageReading, ObjectReading};
 
 /// Names of the objects of an image, in their order.
@@ -31,7 +33,7 @@ pub struct ObjectNames {
 const STATED_SPREAD: f64 = 0.03;
 const STAND_IN_SPREAD: f64 = 0.25;
 
-/// Names the objects of a reading in meters.
+/// Names the objects of a reading in meters; `guesses` are the recognizer's.
 ///
 /// # Errors
 ///
@@ -39,11 +41,12 @@ const STAND_IN_SPREAD: f64 = 0.25;
 pub fn name_objects(
     image: &Image,
     reading: &ImageReading,
+    guesses: &[Vec<CategoryGuess>],
     hints: Option<&RecognitionHints>,
     settings: &CategoryFitSettings,
     cancel: &CancelFlag,
 ) -> Result<ObjectNames, Cancelled> {
-    let evidence = category_fit::evidence(image, reading, settings, cancel)?;
+    let evidence = category_fit::evidence(image, reading, guesses, settings, cancel)?;
     let Some(hints) = hints else {
         let naming = category_fit::assign_categories(&evidence, settings, |_, _| true);
         let named = vec![None; evidence.len()];
@@ -51,7 +54,7 @@ pub fn name_objects(
         return Ok(ObjectNames { named, categories: objects, scale, scale_is_stated: false });
     };
     let (kinds, named) = kinds_of(hints.named());
-    let fits = category_fit::named_evidence(image, reading, &kinds, settings, cancel)?;
+    let fits = category_fit::named_evidence(image, reading, guesses, &kinds, settings, cancel)?;
     let colors: Vec<_> = reading.objects.iter().map(|object| object.color).collect();
     let assigned = category_fit::assign_named(&evidence, &fits, &colors, &named).objects;
     let is_absent = |category: &str| hints.absent().iter().any(|absent| absent == category);

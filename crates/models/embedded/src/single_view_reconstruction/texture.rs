@@ -79,7 +79,8 @@ impl Projection<'_> {
         (across - 0.9 * half * away).extend(0.08 * self.size.z)
     }
 
-    fn uv(&self, p: DVec3) -> Vec2 {
+    /// Texture coordinates of a point of the solid: where the camera sees it in the completed image.
+    pub fn uv(&self, p: DVec3) -> Vec2 {
         let [x0, y0, x1, y1] = self.completion.crop_px;
         let pixel = self.camera.project(self.world_from_solid.transform_point(p)).map(|(pixel, _)| pixel);
         let pixel = pixel.unwrap_or(DVec2::new(0.5 * (x0 + x1), 0.5 * (y0 + y1)));
@@ -89,7 +90,7 @@ impl Projection<'_> {
     }
 
     /// The completed image, opaque: transparent pixels take the nearest opaque ones' colors.
-    fn texture(&self) -> Image {
+    pub fn texture(&self) -> Image {
         let image = &self.completion.image;
         let spread = spread_colors(image);
         if image.width_px().max(image.height_px()) > self.texture_px {

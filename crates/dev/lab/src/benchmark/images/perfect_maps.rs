@@ -8,12 +8,13 @@ use crate::synthetic_images::{Labels, ObjectTruth, SyntheticImage};
 use geometry::Outline;
 use imaging::Image;
 use runtime::CancelFlag;
+use vision::NetworkError;
 use vision::table_network::frame::ImageCrop;
 use vision::table_network::maps::channel::{
     BASE, BORDER, CENTER, FOCAL, GROUND_ROW, KINDS, LATITUDE, OFFSET, OUTLINE, TOP_ROW,
 };
 use vision::table_network::maps::{Maps, OFFSET_UNIT};
-use vision::table_network::{DensePredictor, MAP_CHANNELS, NetworkError, RawMaps};
+use vision::table_network::{DensePredictor, MAP_CHANNELS, RawMaps};
 
 /// Frame pixels per map pixel.
 const STRIDE: usize = 2;

@@ -152,6 +152,8 @@ fn yaw_error_equals_footprint_rotation() {
 fn perfect_maps_yield_high_recall_and_precision() {
     let bench = ImageBench {
         reader: Reader::PerfectMaps(test_settings::section_without("network", &["weights"])),
+        network: ReadingNetwork::built_in(test_settings::section_without("network", &["weights"]))
+            .expect("the built-in weights are valid"),
         single_view: SingleViewSettings {
             sizes: SizeSettings { table_height_m: 0.74, top_view_px: 512, texture_px: 512 },
             naming: test_settings::section("category_fit"),

@@ -50,8 +50,7 @@ pub struct LabelCounts {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct TextSummary {
     pub images: usize,
-    /// `image candidates` and `other categories`: whether an image alone may give the category. `composites`: objects
-    /// that the text does not name.
+    /// `categories`: objects of the catalog. `composites`: objects that the text does not name.
     pub groups: BTreeMap<&'static str, LabelCounts>,
     /// Regions that are no object, and those among them that the text named.
     pub false_positives: usize,
@@ -114,8 +113,7 @@ impl LabelCounts {
 
 fn group(object: &ObjectScore) -> &'static str {
     match catalog::category(&object.name) {
-        Some(category) if category.is_image_candidate => "image candidates",
-        Some(_) => "other categories",
+        Some(_) => "categories",
         None => "composites",
     }
 }

@@ -1,0 +1,92 @@
+//! Tensors of a network's safetensors file by name, each checked before it is used; errors of weights and inference.
+
+use candle_core::safetensors::BufferedSafetensors;
+use candle_core::{DType, Device, Tensor};
+
+use runtime::Cancelled;
+
+/// Reason why the weights are rejected; the caller adds the file name.
+#[derive(Debug, thiserror::Error)]
+pub enum NetworkWeightsError {
+    #[error("the file is not a safetensors file: {reason}")]
+    Format { reason: String },
+    #[error("there is no tensor {tensor}; weights as the scripts of training/ write them are wanted")]
+    Missing { tensor: String },
+    #[error("tensor {tensor} has shape {found:?}, but {expected} is wanted")]
+    Shape { tensor: String, found: Vec<usize>, expected: String },
+    #[error("tensor {tensor} holds values that are not finite; the file is damaged")]
+    NotFinite { tensor: String },
+    #[error("preparing the tensors failed: {0}")]
+    Computation(#[from] candle_core::Error),
+}
+
+/// Reason why inference failed.
+#[derive(Debug, thiserror::Error)]
+pub enum NetworkError {
+    #[error("the network's answer is not finite; these weights are of no use for this image")]
+    NotFinite,
+    #[error("a tensor operation failed: {0}")]
+    Computation(#[from] candle_core::Error),
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Tensors of a file by name.
+pub(crate) struct NetworkWeights(BufferedSafetensors);
+
+impl NetworkWeights {
+    pub(crate) fn read(safetensors: Vec<u8>) -> Result<Self, NetworkWeightsError> {
+        match BufferedSafetensors::new(safetensors) {
+            Ok(file) => Ok(Self(file)),
+            Err(error) => Err(NetworkWeightsError::Format { reason: error.to_string() }),
+        }
+    }
+
+    pub(crate) fn has(&self, tensor: &str) -> bool {
+        self.0.get(tensor).is_ok()
+    }
+
+    /// The tensor in f32, if every value is finite.
+    pub(crate) fn take(&self, tensor: &str) -> Result<Tensor, NetworkWeightsError> {
+        if !self.has(tensor) {
+            return Err(NetworkWeightsError::Missing { tensor: tensor.to_owned() });
+        }
+        let values = self.0.load(tensor, &Device::Cpu)?.to_dtype(DType::F32)?;
+        if !values.sum_all()?.to_scalar::<f32>()?.is_finite() {
+            return Err(NetworkWeightsError::NotFinite { tensor: tensor.to_owned() });
+        }
+        Ok(values)
+    }
+
+    /// The vector of that many values.
+    pub(crate) fn vector(&self, tensor: &str, length: usize) -> Result<Tensor, NetworkWeightsError> {
+        let values = self.take(tensor)?;
+        if values.dims() != [length] {
+            let (found, expected) = (values.dims().to_vec(), format!("({length},)"));
+            return Err(NetworkWeightsError::Shape { tensor: tensor.to_owned(), found, expected });
+        }
+        Ok(values)
+    }
+
+    /// The matrix of that many rows and columns.
+    pub(crate) fn matrix(
+        &self,
+        tensor: &str,
+        rows: usize,
+        columns: usize,
+    ) -> Result<Tensor, NetworkWeightsError> {
+        let values = self.take(tensor)?;
+        if values.dims() != [rows, columns] {
+            let (found, expected) = (values.dims().to_vec(), format!("({rows}, {columns})"));
+            return Err(NetworkWeightsError::Shape { tensor: tensor.to_owned(), found, expected });
+        }
+        Ok(values)
+    }
+
+    /// The text of a tensor of UTF-8 bytes.
+    pub(crate) fn text(&self, tensor: &str) -> Result<String, NetworkWeightsError> {
+        let missing = || NetworkWeightsError::Missing { tensor: tensor.to_owned() };
+        let bytes = self.0.get(tensor).map_err(|_| missing())?.data().to_vec();
+        String::from_utf8(bytes).map_err(|_| missing())
+    }
+}
