@@ -2,7 +2,7 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
@@ -23,7 +23,8 @@ use vision::{
 /// The table network and the object recognizer, the digest of their weights, and the settings of the reader.
 pub struct ReadingNetwork {
     network: TableNetwork,
-    recognizer: ObjectRecognizer,
+    /// Read when the first image asks for names: scenes of texts need none.
+    recognizer: OnceLock<ObjectRecognizer>,
     sha256: String,
     settings: NetworkReadingSettings,
 }
@@ -69,7 +70,7 @@ impl ReadingNetwork {
         let digest = Sha256::new().chain_update(&safetensors).chain_update(RECOGNIZER).finalize();
         Ok(Self {
             network: TableNetwork::read(safetensors)?,
-            recognizer: ObjectRecognizer::read(RECOGNIZER.to_vec())?,
+            recognizer: OnceLock::new(),
             sha256: runtime::digest::hex(&digest),
             settings,
         })
@@ -92,7 +93,16 @@ impl ReadingNetwork {
             return Ok(vec![Vec::new(); reading.objects.len()]);
         }
         let masks: Vec<&Mask> = reading.objects.iter().map(|object| &object.mask).collect();
-        self.recognizer.recognize(image, &masks, cancel)
+        self.recognizer()?.recognize(image, &masks, cancel)
+    }
+
+    fn recognizer(&self) -> Result<&ObjectRecognizer, NetworkError> {
+        if let Some(recognizer) = self.recognizer.get() {
+            return Ok(recognizer);
+        }
+        // Outside the lock: reading takes the threads of a pool, one of which may wait for this lock.
+        let read = ObjectRecognizer::read(RECOGNIZER.to_vec()).map_err(|_| NetworkError::NotFinite)?;
+        Ok(self.recognizer.get_or_init(|| read))
     }
 }
 
@@ -183,8 +193,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn built_in_network_loads() {
-        assert!(ReadingNetwork::built_in(test_settings::section_without("network", &["weights"])).is_ok());
+    fn built_in_networks_load() {
+        let network = ReadingNetwork::built_in(test_settings::section_without("network", &["weights"]));
+        assert!(network.expect("the table network").recognizer().is_ok());
     }
 
     #[test]
