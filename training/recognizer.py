@@ -70,7 +70,8 @@ class Outputs:
 
     def __init__(self, close_ups, split, out, workers):
         folders = sorted(folder for folder in (close_ups / split).iterdir() if (folder / "truth.json").is_file())
-        parts = [out / f"{split}_{k}" for k in range(workers)]
+        # Another number of close-ups or processes makes other parts.
+        parts = [out / f"{split}_{len(folders)}_{k}_of_{workers}" for k in range(workers)]
         with ProcessPoolExecutor(workers) as pool:
             list(pool.map(extract, [folders[k::workers] for k in range(workers)], [split == "training"] * workers, parts))
         self.names = np.concatenate([np.load(part.with_suffix(".names.npy")) for part in parts])

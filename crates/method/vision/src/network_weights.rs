@@ -68,16 +68,18 @@ impl NetworkWeights {
         Ok(values)
     }
 
-    /// The matrix of that many rows and columns.
+    /// The matrix of that many rows, if a number is given, and columns.
     pub(crate) fn matrix(
         &self,
         tensor: &str,
-        rows: usize,
+        rows: Option<usize>,
         columns: usize,
     ) -> Result<Tensor, NetworkWeightsError> {
         let values = self.take(tensor)?;
-        if values.dims() != [rows, columns] {
-            let (found, expected) = (values.dims().to_vec(), format!("({rows}, {columns})"));
+        let found = values.dims().to_vec();
+        if !matches!(found[..], [a, b] if rows.is_none_or(|rows| rows == a) && b == columns) {
+            let rows = rows.map_or("any number".to_owned(), |rows| rows.to_string());
+            let expected = format!("({rows}, {columns})");
             return Err(NetworkWeightsError::Shape { tensor: tensor.to_owned(), found, expected });
         }
         Ok(values)

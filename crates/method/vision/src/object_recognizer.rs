@@ -12,8 +12,6 @@ mod crop;
 mod depthwise;
 mod encoder;
 
-use std::cmp::Ordering;
-
 use candle_core::{Device, Tensor};
 use rayon::prelude::*;
 
@@ -58,7 +56,7 @@ impl ObjectRecognizer {
         let encoder = Encoder::read(&file)?;
         let names = file.text("categories")?;
         let classes: Vec<_> = names.lines().map(catalog::category).collect();
-        let weight = file.matrix("classes.weight", classes.len(), encoder.features())?;
+        let weight = file.matrix("classes.weight", Some(classes.len()), encoder.features())?;
         let bias = file.vector("classes.bias", classes.len())?;
         let input_px = file.vector("input_px", 1)?.to_vec1::<f32>()?[0] as usize;
         Ok(Self { encoder, weight, bias, classes, input_px })
@@ -100,7 +98,7 @@ impl ObjectRecognizer {
             (probability >= MIN_PROBABILITY).then_some(CategoryGuess { category, probability })
         });
         let mut guesses: Vec<CategoryGuess> = known.collect();
-        guesses.sort_by(|a, b| b.probability.partial_cmp(&a.probability).unwrap_or(Ordering::Equal));
+        guesses.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         Ok(guesses)
     }
 }

@@ -30,8 +30,7 @@ use runtime::{CancelFlag, Cancelled};
 use vision::category_fit;
 use vision::category_fit::CategoryAssignment;
 use vision::{
-    CandidateRegions, ImageReading, NetworkError, NetworkReadingSettings, VisionError, candidate_regions,
-    read_with_network,
+    CandidateRegions, ImageReading, NetworkReadingSettings, VisionError, candidate_regions, read_with_network,
 };
 
 /// Number of images in the set.
@@ -105,8 +104,9 @@ impl ImageBench {
         sample: &SyntheticImage,
         cancel: &CancelFlag,
     ) -> Result<(ImageResult, Option<TableEstimate>), Cancelled> {
-        let read = match self.reader.reading(sample, cancel) {
-            Ok(reading) => Ok(self.label(sample, &reading, cancel)?),
+        let labeled = self.reader.reading(sample, cancel);
+        let read = match labeled.and_then(|reading| self.label(sample, &reading, cancel)) {
+            Ok(read) => Ok(read),
             Err(VisionError::Cancelled(cancelled)) => return Err(cancelled),
             Err(error) => Err(error.code().to_owned()),
         };
@@ -134,15 +134,11 @@ impl ImageBench {
         sample: &SyntheticImage,
         reading: &ImageReading,
         cancel: &CancelFlag,
-    ) -> Result<TableEstimate, Cancelled> {
+    ) -> Result<TableEstimate, VisionError> {
         let mut read = TableEstimate::from(reading);
         let scaled = at_usual_scale(reading, &self.single_view);
         let settings = &self.single_view.naming;
-        let guesses = match self.network.guesses(&sample.image, &scaled, settings, cancel) {
-            Ok(guesses) => guesses,
-            Err(NetworkError::Cancelled(cancelled)) => return Err(cancelled),
-            Err(_) => vec![Vec::new(); scaled.objects.len()],
-        };
+        let guesses = self.network.guesses(&sample.image, &scaled, settings, cancel)?;
         let evidence = category_fit::evidence(&sample.image, &scaled, &guesses, settings, cancel)?;
         let own = score::true_names(&sample.truth, &sample.labels, &read);
         let given = category_fit::assign_categories(&evidence, settings, |_, _| true);

@@ -34,13 +34,10 @@ struct Weights {
     guess: f64,
     /// Weight of the logarithm of the outlines' non-overlapping share.
     mismatch: f64,
-    first_mismatch: f64,
     stray: f64,
     /// Weight of the logarithm of the color variance that the mesh leaves, relative to the ramp.
     unexplained: f64,
     off_palette: f64,
-    /// Score of a mesh that could not be fitted.
-    unfitted: f64,
     /// Weight of the squared logarithm of an atypical size.
     odd_size: f64,
     /// Score of the null hypothesis: a constant, and the weights of what the recognizer leaves to others, of the
@@ -51,11 +48,9 @@ struct Weights {
 const WEIGHTS: Weights = Weights {
     guess: 0.78,
     mismatch: -1.17,
-    first_mismatch: 0.0,
     stray: -0.32,
     unexplained: -2.68,
     off_palette: -0.05,
-    unfitted: 0.0,
     odd_size: -0.5,
     none: [0.67, 0.83, -0.17, 0.73, 0.11],
 };
@@ -136,12 +131,12 @@ pub(super) fn score_of_fit(candidate: &CategoryMatch, log_scale: f64) -> f64 {
     let unexplained = ((1.0 - candidate.by_mesh + 0.05) / (1.0 - candidate.by_ramp + 0.05)).ln();
     let by_shape = if candidate.is_fitted {
         WEIGHTS.mismatch * mismatch(candidate.overlap)
-            + WEIGHTS.first_mismatch * mismatch(candidate.first_overlap)
             + WEIGHTS.stray * candidate.stray
             + WEIGHTS.unexplained * unexplained
             + WEIGHTS.off_palette * candidate.off_palette
     } else {
-        WEIGHTS.unfitted
+        // The fitted weight of a missing fit was 0.1 of a logarithm.
+        0.0
     };
     by_shape + WEIGHTS.odd_size * odd.powi(2)
 }

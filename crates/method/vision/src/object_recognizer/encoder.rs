@@ -126,9 +126,8 @@ impl Pointwise {
         inputs: usize,
         is_capped: bool,
     ) -> std::result::Result<Self, NetworkWeightsError> {
-        let tensor = format!("{name}.weight");
-        let outputs = file.take(&tensor)?.dim(0)?;
-        let weight = file.matrix(&tensor, outputs, inputs)?;
+        let weight = file.matrix(&format!("{name}.weight"), None, inputs)?;
+        let outputs = weight.dim(0)?;
         let bias = ChannelBias::read(file, &format!("{name}.bias"), outputs, is_capped)?;
         Ok(Self { weight, bias })
     }

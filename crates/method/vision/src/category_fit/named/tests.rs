@@ -20,7 +20,6 @@ fn fit(overlap: f64, oversize: f64) -> Option<CategoryMatch> {
         size_m: DVec3::splat(0.1),
         overlap,
         stray: 0.0,
-        first_overlap: overlap,
         oversize,
         usual_spread: 0.1,
         by_ramp: 0.5,
