@@ -4,10 +4,14 @@
     python -m tabletopgen.env check FOLDER
     python -m tabletopgen.env repeat FOLDER DATASET
     python -m tabletopgen.env envhub FOLDER --repository ME/NAME --out PACKAGE
+    python -m tabletopgen.env rollout FOLDER [FOLDER ...] --policy POLICY --out ROLLOUT
+    python -m tabletopgen.env replay ROLLOUT EPISODE
 
 `prepare` writes the folder of an environment. `check` moves the objects by script from each start, and ends with exit
 code 1 where the task is broken. `repeat` repeats the recorded actions. Both print one line of JSON for each start.
-`envhub` writes the files of a repository for LeRobot's EnvHub.
+`envhub` writes the files of a repository for LeRobot's EnvHub. `rollout` runs a policy for many episodes and counts
+its successes; it prints a line of JSON for each, and then the count. `replay` runs one of them again, and ends with
+exit code 1 where it is not the same.
 """
 
 from __future__ import annotations
@@ -16,7 +20,7 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -27,9 +31,14 @@ from tabletopgen.env.expert import Expert
 from tabletopgen.env.folder import EnvironmentFolder
 from tabletopgen.env.preparation import prepare
 from tabletopgen.env.recorded_dataset import RecordedDataset
+from tabletopgen.env.rollout import rollout
+from tabletopgen.env.rollout_replay import replay
 from tabletopgen.env.scene_env import SceneEnv
 from tabletopgen.env.task_check import TaskCheck
 from tabletopgen.errors import TabletopgenError
+
+# The exit code of a program that Ctrl-C stopped.
+STOPPED = 130
 
 
 def parser() -> argparse.ArgumentParser:
@@ -59,12 +68,46 @@ def parser() -> argparse.ArgumentParser:
     published.add_argument("folder", type=Path)
     published.add_argument("--repository", required=True, help="the name that it is to have on the Hub")
     published.add_argument("--out", type=Path, required=True)
+    add_rollout(commands)
+    replayed = commands.add_parser("replay", help="run an episode of a rollout again by its recorded actions")
+    replayed.add_argument("rollout", type=Path, help="the folder of --out of `rollout`")
+    replayed.add_argument("episode", type=int)
+    replayed.add_argument("--environment", type=Path, help="where the episode's environment lies now, if it was moved")
     return described
+
+
+def add_rollout(commands: Any) -> None:
+    """The arguments of `rollout`."""
+    rolled = commands.add_parser("rollout", help="run episodes of a policy")
+    rolled.add_argument("environments", type=Path, nargs="+", metavar="folder", help="folders that `prepare` wrote")
+    rolled.add_argument(
+        "--policy",
+        required=True,
+        help="random, recorded:DATASET, lerobot:FOLDER, ws://HOST:PORT, MODULE:FUNCTION or path/file.py:FUNCTION",
+    )
+    rolled.add_argument("--out", type=Path, required=True, help="a folder; the same command continues what is in it")
+    rolled.add_argument("--episodes", type=int, help="in all environments together; each start once if absent")
+    rolled.add_argument("--workers", type=int, default=1, help="processes")
+    rolled.add_argument("--seed", type=int, default=0, help="of the order of starts, and of what policies draw by chance")
+    rolled.add_argument("--videos", type=int, default=0, help="the first so many episodes as animated images")
+    rolled.add_argument("--action-mode", choices=CONTROLS, help="joint; for LeRobot recorded")
+    rolled.add_argument("--no-images", dest="images", action="store_false", help="leave cameras out of observations")
+    rolled.add_argument("--object-poses", action="store_true", help="observe the poses of objects")
+    rolled.add_argument("--chunk", type=int, help="actions that are carried out of each answer of a server; all if absent")
+    rolled.add_argument("--max-duration", type=float, dest="max_duration_s", help="seconds after which an episode ends")
+    rolled.add_argument("--rename", action="append", default=[], metavar="NAME=OTHER", help="give an observation another name")
 
 
 def main(words: Sequence[str] | None = None) -> int:
     given = vars(parser().parse_args(words))
-    run: dict[str, Callable[..., int]] = {"prepare": prepared, "check": check, "repeat": repeat, "envhub": envhub}
+    run: dict[str, Callable[..., int]] = {
+        "prepare": prepared,
+        "check": check,
+        "repeat": repeat,
+        "envhub": envhub,
+        "rollout": rolled_out,
+        "replay": replayed,
+    }
     try:
         return run[given.pop("command")](**given)
     except (TabletopgenError, ValueError) as error:
@@ -111,6 +154,31 @@ def cpu_s() -> float:
 def envhub(folder: Path, repository: str, out: Path) -> int:
     print(json.dumps({"package": str(write_package(EnvironmentFolder.read(folder), out, repository))}))
     return 0
+
+
+def rolled_out(environments: list[Path], rename: list[str], out: Path, **given: Any) -> int:
+    names = dict(pair.split("=", 1) for pair in rename if "=" in pair)
+    if len(names) < len(rename):
+        raise ValueError(f"--rename takes NAME=OTHER, each NAME once, not {' '.join(rename)}")
+    try:
+        found = rollout(environments, out=out, rename=names, finished=print_finished, **given)
+    except KeyboardInterrupt:
+        print(f"stopped; finished episodes are kept in {out}, and the same command continues", file=sys.stderr)
+        return STOPPED
+    print(json.dumps({**found["overall"], "out": str(out)}))
+    return 0
+
+
+def print_finished(record: Mapping[str, Any]) -> None:
+    """Prints what an episode came to."""
+    names = ("episode", "environment", "start", "success", "reason", "steps", "error")
+    print(json.dumps({name: record[name] for name in names if record[name] is not None}), flush=True)
+
+
+def replayed(**given: Any) -> int:
+    found = replay(**given)
+    print(json.dumps(found))
+    return int(not found["equal"])
 
 
 if __name__ == "__main__":
