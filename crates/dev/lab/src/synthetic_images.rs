@@ -3,8 +3,8 @@
 //!
 //! [`synthesize`] maps a split and a number to a [`SyntheticImage`]. The table has a random shape and finish
 //! ([`table`]). Up to seventeen objects come from the catalog or are composed of primitives ([`object`],
-//! [`composite`]). They stand beside, on and in each other ([`arrangement`]). The camera ([`viewpoint`]), backdrop
-//! ([`backdrop`]) and light ([`illumination`]) are random, and so is the image quality ([`image_degradation`]). The
+//! [`composite`]). They stand beside, on and in each other ([`arrangement`]). Furniture, arms and mats are no objects of
+//! the table ([`surroundings`]). The camera ([`viewpoint`]), backdrop ([`backdrop`]) and light ([`illumination`]) are random, and so is the image quality ([`image_degradation`]). The
 //! goal is variety: a network trained on these images must detect any object on any table top. Half of the images show
 //! a table of the catalog or a room of the renderer, as the previews of scenes do.
 //!
@@ -36,6 +36,7 @@ mod arrangement;
 mod viewpoint;
 mod illumination;
 mod backdrop;
+mod surroundings;
 mod image_degradation;
 mod truth;
 mod synthesis;

@@ -9,6 +9,7 @@ use super::illumination::Illumination;
 use super::image_degradation::{ImageDegradation, decoded};
 use super::object::{Object, Palette};
 use super::sampling::{chance, near, pale, uniform, weighted};
+use super::surroundings::{self, Role, Surrounding};
 use super::table::{self, Table};
 use super::truth::{ImageTruth, Labels, ObjectTruth, TableTruth};
 use super::viewpoint::{self, Viewpoint};
@@ -28,6 +29,8 @@ pub const MAX_OBJECTS: usize = 17;
 /// Ids in rendered frames.
 const TABLE_ID: u32 = 1;
 const FIRST_OBJECT_ID: u32 = 2;
+const SURROUNDING_ID: u32 = 1000;
+const COVERING_ID: u32 = 1001;
 
 /// Linear radiance of the placeholder backdrop during rendering; the drawn backdrop replaces it.
 const GROUND: f32 = 0.5;
@@ -50,7 +53,9 @@ pub fn synthesize(split: Split, number: u64, size_px: u32) -> SyntheticImage {
     let table = table::draw(split, &mut child_rng(seed, "table"));
     let placed = placed_objects(split, &table, seed);
     let view = viewpoint::draw(&table, &placed, size_px.max(64), &mut child_rng(seed, "camera"));
-    develop(&Scenery { split, number, seed, table, placed, view }, size_px)
+    let mut rng = child_rng(seed, "surroundings");
+    let surroundings = surroundings::draw(split, &table, view.camera.azimuth_rad(), &mut rng);
+    develop(&Scenery { split, number, seed, table, placed, surroundings, view }, size_px)
 }
 
 /// Synthesizes a close-up of one object among neighbors. Close-ups go through all categories of the catalog, in every
@@ -66,7 +71,7 @@ pub fn synthesize_close_up(split: Split, number: u64, size_px: u32) -> Synthetic
         Some(shown) => viewpoint::close_up(&placed[shown], size_px.max(64), &mut rng),
         None => viewpoint::draw(&table, &placed, size_px.max(64), &mut rng),
     };
-    develop(&Scenery { split, number, seed, table, placed, view }, size_px)
+    develop(&Scenery { split, number, seed, table, placed, surroundings: Vec::new(), view }, size_px)
 }
 
 /// The objects before the camera.
@@ -76,18 +81,19 @@ struct Scenery {
     seed: u64,
     table: Table,
     placed: Vec<Placed>,
+    surroundings: Vec<Surrounding>,
     view: Viewpoint,
 }
 
 /// Renders the scenery under a random light before a random backdrop, and degrades the image.
 fn develop(scenery: &Scenery, size_px: u32) -> SyntheticImage {
-    let Scenery { split, number, seed, table, placed, view } = scenery;
+    let Scenery { split, number, seed, table, placed, surroundings, view } = scenery;
     let (split, number, seed) = (*split, *number, *seed);
     let illumination = Illumination::draw(&mut child_rng(seed, "light"));
     let backdrop = Backdrop::draw(split, &mut child_rng(seed, "backdrop"));
     let mut rng = child_rng(seed, "darkroom");
     let degradation = ImageDegradation::draw(size_px, &mut rng);
-    let scene = PlacedScene { table, placed, camera: view.camera };
+    let scene = PlacedScene { table, placed, surroundings, camera: view.camera };
     let frame = scene.render(&illumination, &backdrop, size_px);
     let labels = scene.labels(&frame.front);
     let lines = |k: usize| is_line(&frame.front, k);
@@ -174,6 +180,7 @@ fn draw_objects(split: Split, table: &Table, shrunk: f64, seed: u64) -> Vec<Obje
 struct PlacedScene<'a> {
     table: &'a Table,
     placed: &'a [Placed],
+    surroundings: &'a [Surrounding],
     camera: Camera,
 }
 
@@ -192,9 +199,17 @@ impl PlacedScene<'_> {
         })
     }
 
-    fn table_and_objects(&self) -> Vec<RenderObject<'_>> {
+    fn everything(&self) -> Vec<RenderObject<'_>> {
         let table = RenderObject { mesh: &self.table.mesh, world_from_object: Pose::IDENTITY, id: TABLE_ID };
-        std::iter::once(table).chain(self.objects()).collect()
+        let around = self.surroundings.iter().map(|piece| RenderObject {
+            mesh: &piece.mesh,
+            world_from_object: piece.world_from_object,
+            id: match piece.role {
+                Role::Backdrop => SURROUNDING_ID,
+                Role::Covering => COVERING_ID,
+            },
+        });
+        std::iter::once(table).chain(self.objects()).chain(around).collect()
     }
 
     fn render(&self, illumination: &Illumination, backdrop: &Backdrop, size_px: u32) -> RenderedFrame {
@@ -205,7 +220,7 @@ impl PlacedScene<'_> {
             sky_directions: 8,
             sky_map_px: 128,
         };
-        let objects = self.table_and_objects();
+        let objects = self.everything();
         let room = backdrop.room(&objects);
         let mut scene_cache = SceneCache::new(objects, &quality);
         if room.is_some() {
@@ -332,7 +347,8 @@ impl PlacedScene<'_> {
 
     fn labels(&self, front: &GeometryFrame) -> Labels {
         let value = |k: usize| match front.ids[k] {
-            0 => Labels::BACKDROP,
+            0 | SURROUNDING_ID => Labels::BACKDROP,
+            COVERING_ID => Labels::TOP,
             TABLE_ID if self.is_top(front, k) => Labels::TOP,
             TABLE_ID => Labels::FRAME,
             id => Labels::FIRST_OBJECT + (id - FIRST_OBJECT_ID) as u8,

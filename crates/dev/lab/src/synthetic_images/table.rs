@@ -91,7 +91,12 @@ fn of_catalog(shape: TableShape, edge: &[DVec2], finish: Finish, rng: &mut Rng) 
 }
 
 /// Maps the texture onto the slab, with straight or slanted grain.
-fn mapped(mut solid: geometry::Solid, mapping: Mapping, outline: &Outline, rng: &mut Rng) -> geometry::Solid {
+pub(super) fn mapped(
+    mut solid: geometry::Solid,
+    mapping: Mapping,
+    outline: &Outline,
+    rng: &mut Rng,
+) -> geometry::Solid {
     match mapping {
         Mapping::Repeated { meters } => {
             let turn = weighted(rng, &[(0.0, 6.0), (0.25, 2.0), (0.125, 1.0)]) * std::f64::consts::TAU;

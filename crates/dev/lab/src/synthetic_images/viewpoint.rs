@@ -33,7 +33,7 @@ pub(super) fn draw(table: &Table, placed: &[Placed], size_px: u32, rng: &mut Rng
     let framing = if placed.is_empty() {
         Framing::Whole
     } else {
-        weighted(rng, &[(Framing::Whole, 7.0), (Framing::Top, 1.6), (Framing::Detail, 1.4)])
+        weighted(rng, &[(Framing::Whole, 5.0), (Framing::Top, 2.0), (Framing::Detail, 3.0)])
     };
     let lens = Lens::draw(size_px, rng);
     let points = match framing {
@@ -44,7 +44,7 @@ pub(super) fn draw(table: &Table, placed: &[Placed], size_px: u32, rng: &mut Rng
         }
         Framing::Detail => {
             let center = placed[rng.random_range(0..placed.len())].world_from_object.translation_m;
-            let reach_m = uniform(rng, 0.05, 0.4);
+            let reach_m = uniform(rng, 0.05, 0.6);
             corners(
                 placed.iter().filter(|one| (one.world_from_object.translation_m - center).length() < reach_m),
             )
@@ -99,7 +99,7 @@ impl Lens {
             if chance(rng, 0.75) { triangular(rng, 24.0, 48.0) } else { uniform(rng, 18.0, 66.0) }
                 .to_radians();
         let elevation_rad =
-            if chance(rng, 0.75) { triangular(rng, 14.0, 60.0) } else { uniform(rng, 10.0, 75.0) }
+            if chance(rng, 0.7) { triangular(rng, 14.0, 60.0) } else { uniform(rng, 10.0, 88.0) }
                 .to_radians();
         let azimuth_rad = match rng.random_range(0..10) {
             0..3 => uniform(rng, -0.03, 0.03),
