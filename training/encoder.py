@@ -27,8 +27,12 @@ def public_weights():
 
 def normalized(colors):
     """Input of the encoder from bytes (images, rows, columns, channels)."""
-    x = torch.from_numpy(colors).permute(0, 3, 1, 2).float() / 255
-    mean, deviation = (torch.tensor(values).reshape(3, 1, 1) for values in (MEAN, DEVIATION))
+    return on_colors(torch.from_numpy(colors).permute(0, 3, 1, 2).float() / 255)
+
+
+def on_colors(x):
+    """Input of the encoder from colors of 0..1 (images, channels, rows, columns)."""
+    mean, deviation = (torch.tensor(values, device=x.device).reshape(3, 1, 1) for values in (MEAN, DEVIATION))
     return ((x - mean) / deviation).contiguous(memory_format=torch.channels_last)
 
 
@@ -95,6 +99,15 @@ class Encoder(nn.Module):
         for block in self.blocks[:FROZEN]:
             x = block(x)
         return x
+
+    def between(self, x, numbers):
+        """Outputs of the blocks of these numbers, in order."""
+        x, outputs = F.relu6(self.stem(x)), []
+        for number, block in enumerate(self.blocks[: numbers[-1] + 1]):
+            x = block(x)
+            if number in numbers:
+                outputs.append(x)
+        return outputs
 
     def learning(self, x):
         """Features from the output of `frozen`."""

@@ -2,16 +2,23 @@
 
 Only convolutions, additions, ReLU, nearest-neighbor doubling and one mean: the operations that the program has to
 implement for inference. Normalizations are folded into the convolutions where the weights are written.
+
+Three levels of the encoder also get what the blocks of `encoder.py` that stay as they are make of the frame: these have
+seen photographs. The program has their weights from the recognizer of objects.
 """
 
 import torch
 from torch import nn
 from torch.nn import functional as F
 
+from encoder import Encoder, on_colors, public_weights
+
 #: Channels of the maps, in order.
 MAPS = [("kinds", 4), ("outline", 1), ("border", 1), ("contact", 1), ("center", 1), ("offset", 2), ("base", 2), ("top", 1), ("ground", 1), ("latitude", 1), ("focal", 1)]
 WIDTHS = (24, 48, 96, 160, 224)
 BLOCKS = (0, 2, 4, 6, 4)
+#: Blocks of the pretrained encoder whose outputs the last levels get, which have as many rows.
+PRETRAINED_BLOCKS = 6, 14, 17
 
 
 class Convolution(nn.Module):
@@ -39,8 +46,14 @@ class Block(nn.Module):
 
 
 class TableNetwork(nn.Module):
-    def __init__(self, widths=WIDTHS, blocks=BLOCKS):
+    def __init__(self, widths=WIDTHS, blocks=BLOCKS, known_blocks=PRETRAINED_BLOCKS, pretrained=None):
+        """`pretrained` is the encoder that stays as it is; the public one where None."""
         super().__init__()
+        self.known_blocks = known_blocks
+        # In a list, so that it is no part of what learns and is stored.
+        self.pretrained = [pretrained or (Encoder(public_weights()).eval().requires_grad_(False) if known_blocks else None)]
+        channels = [self.pretrained[0].blocks[k].project.weight.shape[0] for k in known_blocks]
+        self.known = nn.ModuleList(Convolution(i, o, 1) for i, o in zip(channels, widths[len(widths) - len(channels) :]))
         inputs = (3, *widths[:-1])
         self.down = nn.ModuleList(Convolution(i, o, 3, 2) for i, o in zip(inputs, widths))
         self.blocks = nn.ModuleList(nn.Sequential(*(Block(w) for _ in range(n))) for w, n in zip(widths, blocks))
@@ -49,11 +62,24 @@ class TableNetwork(nn.Module):
         self.spread = Convolution(widths[-1], widths[-1], 1)
         self.maps = nn.Conv2d(widths[0], sum(n for _, n in MAPS), 3, 1, 1)
 
+    def features(self, x):
+        """What the pretrained encoder adds, by level."""
+        if not self.known_blocks:
+            return {}
+        with torch.no_grad():
+            outputs = self.pretrained[0].between(on_colors(0.5 * (x + 1)), self.known_blocks)
+        first = len(self.down) - len(self.known)
+        return {first + k: known(output) for k, (known, output) in enumerate(zip(self.known, outputs))}
+
     def forward(self, x):
         """Maps of frames (N, 3, H, W) with values in -1..1; H and W multiples of 32."""
+        features = self.features(x)
         skips = []
-        for down, blocks in zip(self.down, self.blocks):
-            x = blocks(F.relu(down(x), inplace=True))
+        for level, (down, blocks) in enumerate(zip(self.down, self.blocks)):
+            x = down(x)
+            if level in features:
+                x = x + features[level]
+            x = blocks(F.relu(x, inplace=True))
             skips.append(x)
         # What the whole frame shows reaches every place.
         x = F.relu(x + self.spread(x.mean((2, 3), keepdim=True)), inplace=True)
@@ -81,17 +107,21 @@ def folded(model):
     for name, tensor in model.state_dict().items():
         if not any(name.startswith(prefix) for prefix in inside):
             tensors[name] = tensor
+    tensors["known.blocks"] = torch.tensor(model.known_blocks)
     return {name: tensor.detach().float().cpu().contiguous() for name, tensor in tensors.items()}
 
 
 @torch.no_grad()
 def begin(model, tensors, batches):
-    """Makes the model compute what folded tensors do, its normalizations counted on batches of frames. Blocks that the
-    tensors lack pass on what they get."""
+    """Makes the model compute what folded tensors do, its normalizations counted on batches of frames. Blocks and
+    pretrained features that the tensors lack add nothing."""
     known = {name: m for name, m in model.named_modules() if isinstance(m, Convolution) and f"{name}.weight" in tensors}
     for name, module in model.named_modules():
         if isinstance(module, Block) and f"{name}.widen" not in known:
             nn.init.zeros_(module.widen.norm.weight)
+    for name, module in model.known.named_children():
+        if f"known.{name}" not in known:
+            nn.init.zeros_(module.norm.weight)
     for name, module in known.items():
         module.conv.weight.copy_(tensors[f"{name}.weight"])
         module.norm.bias.copy_(tensors[f"{name}.bias"])

@@ -11,6 +11,7 @@ from torch import distributed
 from torch.nn import functional as F
 
 import region_score
+from encoder import on_colors
 from frames import (
     BACKDROP,
     CAMERA,
@@ -79,15 +80,18 @@ def ideal(want):
     return torch.cat([kinds, flat("outline"), flat("border"), flat("contact"), want["center"][:, None], want["offset"], want["base"], *(want[name][:, None] for name in ("top", "ground", "latitude", "focal"))], 1)
 
 
-def repeated(tensors, x):
-    """The network from its written tensors alone."""
+def repeated(tensors, encoder, x):
+    """The network from its written tensors and the pretrained encoder."""
     def conv(name, x, stride=1):
         return F.conv2d(x, tensors[f"{name}.weight"], tensors[f"{name}.bias"], stride, tensors[f"{name}.weight"].shape[-1] // 2)
     def block(name, x):
         return F.relu(x + conv(f"{name}.widen", F.relu(conv(f"{name}.narrow", x))))
+    outputs = encoder.between(on_colors(0.5 * (x + 1)), tensors["known.blocks"].int().tolist())
+    first = len(BLOCKS) - len(outputs)
     skips = []
     for level, count in enumerate(BLOCKS):
-        x = F.relu(conv(f"down.{level}", x, 2))
+        known = conv(f"known.{level - first}", outputs[level - first]) if level >= first else 0.0
+        x = F.relu(conv(f"down.{level}", x, 2) + known)
         for k in range(count):
             x = block(f"blocks.{level}.{k}", x)
         skips.append(x)
@@ -166,12 +170,12 @@ class Training(unittest.TestCase):
         model.eval()
         x = torch.rand(2, 3, 64, 96) * 2 - 1
         with torch.no_grad():
-            torch.testing.assert_close(repeated(folded(model), x), model(x), rtol=1e-4, atol=1e-4)
+            torch.testing.assert_close(repeated(folded(model), model.pretrained[0], x), model(x), rtol=1e-4, atol=1e-4)
         self.assertEqual(model(x).shape[1], sum(n for _, n in MAPS))
 
     def test_a_deeper_network_begins_as_the_one_that_was_written(self):
         torch.manual_seed(4)
-        shallow, deep = TableNetwork((8, 12), (0, 1)), TableNetwork((8, 12), (0, 3))
+        shallow, deep = TableNetwork((8, 12), (0, 1), ()), TableNetwork((8, 12), (0, 3), ())
         for name, buffer in shallow.named_buffers():
             if name.endswith("running_mean"):
                 buffer.normal_(0.0, 0.2)
@@ -184,6 +188,16 @@ class Training(unittest.TestCase):
         # What passes everything on can still learn.
         deep(x).square().mean().backward()
         self.assertGreater(deep.blocks[1][2].widen.norm.weight.grad.abs().max().item(), 0.0)
+
+    def test_a_network_that_gets_the_pretrained_encoder_begins_as_the_one_that_was_written(self):
+        torch.manual_seed(5)
+        blind, seeing = TableNetwork((8, 12), (0, 1), ()), TableNetwork((8, 12), (0, 1), (2,))
+        x = torch.rand(6, 3, 64, 64) * 2 - 1
+        begin(seeing, folded(blind), x.split(3))
+        with torch.no_grad():
+            torch.testing.assert_close(seeing.eval()(x), blind.eval()(x), rtol=1e-4, atol=1e-4)
+        seeing.train()(x).square().mean().backward()
+        self.assertGreater(seeing.known[0].norm.weight.grad.abs().max().item(), 0.0)
 
     def test_light_stays_where_colors_change(self):
         labels, *_ = scene()
@@ -265,7 +279,7 @@ class Training(unittest.TestCase):
 
     def test_the_average_follows_what_changes(self):
         torch.manual_seed(5)
-        model = TableNetwork(widths=(8, 12), blocks=(0, 1))
+        model = TableNetwork((8, 12), (0, 1), ())
         average = averaged(model)
         average.update_parameters(model)
         for parameter in model.parameters():
@@ -277,7 +291,7 @@ class Training(unittest.TestCase):
 
     def test_settled_normalizations_count_no_more_and_still_learn(self):
         torch.manual_seed(6)
-        model = TableNetwork(widths=(8, 12), blocks=(0, 1)).train()
+        model = TableNetwork((8, 12), (0, 1), ()).train()
         x = torch.rand(4, 3, 32, 48) * 2 - 1
         model(x)
         settle(model)

@@ -4,7 +4,10 @@
 //! Dimensions are read from the header and checked before anything is decoded; then the whole image is
 //! decoded once under memory limits, so that a broken file is refused here and not in a job.
 
+use std::io::Cursor;
+
 use bytes::Bytes;
+use exif::{In, Tag};
 use imaging::codec::{
     CodecError, ImageHeader, MAX_SCENE_SIDE_RATIO, MAX_SIDE_PX, MIN_SCENE_SIDE_PX, read_header, verify_image,
 };
@@ -18,6 +21,8 @@ pub struct CheckedImage {
     pub bytes: Bytes,
     pub digest: Digest,
     pub media_type: &'static str,
+    /// Horizontal, of the upright image, as its EXIF data state it.
+    pub field_of_view_rad: Option<f64>,
 }
 
 /// Pixels of one block of [`pixel_blocks`].
@@ -79,8 +84,35 @@ fn inspect(bytes: Bytes, max_pixels: u64) -> Result<CheckedImage, Problem> {
         ));
     }
     verify_image(&bytes, max_pixels.saturating_mul(12)).map_err(refused)?;
-    Ok(CheckedImage { digest: Digest::of(&bytes), bytes, media_type })
+    let field_of_view_rad = field_of_view_rad(&bytes, width, height);
+    Ok(CheckedImage { digest: Digest::of(&bytes), bytes, media_type, field_of_view_rad })
 }
+
+/// Diagonal of the frame that "35 mm" focal lengths refer to, millimeters (CIPA DCG-001).
+const FULL_FRAME_DIAGONAL_MM: f64 = 43.27;
+
+/// The horizontal field of view of the upright image by its EXIF data: the focal length in 35 mm film (Exif 2.32, tag
+/// 0xA405). `None` where it is missing, or the stored size says that the image was cut.
+fn field_of_view_rad(bytes: &[u8], width_px: u32, height_px: u32) -> Option<f64> {
+    let exif = exif::Reader::new().read_from_container(&mut Cursor::new(bytes)).ok()?;
+    let number = |tag: Tag| exif.get_field(tag, In::PRIMARY)?.value.get_uint(0);
+    let focal_mm = number(Tag::FocalLengthIn35mmFilm).filter(|focal_mm| (8..2000).contains(focal_mm))?;
+    let (width, height) = (f64::from(width_px), f64::from(height_px));
+    if let (Some(x), Some(y)) = (number(Tag::PixelXDimension), number(Tag::PixelYDimension)) {
+        let stored = f64::from(x.max(y)) / f64::from(x.min(y).max(1));
+        if (stored / (width.max(height) / width.min(height)) - 1.0).abs() > MAX_ASPECT_CHANGE {
+            return None;
+        }
+    }
+    let focal_px = f64::from(focal_mm) / FULL_FRAME_DIAGONAL_MM * width.hypot(height);
+    // Orientations from 5 on turn the image by a quarter.
+    let is_turned = number(Tag::Orientation).is_some_and(|orientation| orientation >= 5);
+    let across = if is_turned { height } else { width };
+    Some(2.0 * (0.5 * across / focal_px).atan())
+}
+
+/// Largest relative change of the aspect of an image that is not taken for a cut, by rounding its sides.
+const MAX_ASPECT_CHANGE: f64 = 0.01;
 
 fn refused(error: CodecError) -> Problem {
     match error {
@@ -120,6 +152,45 @@ mod tests {
         let mut bytes = Cursor::new(Vec::new());
         image::RgbImage::new(width, height).write_to(&mut bytes, ImageFormat::Png).expect("encodes");
         bytes.into_inner()
+    }
+
+    /// A JPEG with numbers in its EXIF data.
+    fn photograph(width: u32, height: u32, numbers: &[(Tag, u16)]) -> Vec<u8> {
+        let mut jpeg = Cursor::new(Vec::new());
+        image::RgbImage::new(width, height).write_to(&mut jpeg, ImageFormat::Jpeg).expect("encodes");
+        let field = |&(tag, number): &(Tag, u16)| exif::Field {
+            tag,
+            ifd_num: In::PRIMARY,
+            value: exif::Value::Short(vec![number]),
+        };
+        let fields: Vec<exif::Field> = numbers.iter().map(field).collect();
+        let mut writer = exif::experimental::Writer::new();
+        fields.iter().for_each(|field| writer.push_field(field));
+        let mut data = Cursor::new(Vec::new());
+        writer.write(&mut data, false).expect("writes");
+        let data = [b"Exif\0\0", &data.into_inner()[..]].concat();
+        let length = u16::try_from(data.len() + 2).expect("a short segment").to_be_bytes();
+        let jpeg = jpeg.into_inner();
+        [&jpeg[..2], &[0xff, 0xe1], &length, &data, &jpeg[2..]].concat()
+    }
+
+    #[test]
+    fn field_of_view_follows_from_exif_data() {
+        let known = |width, height, numbers: &[(Tag, u16)]| {
+            let bytes = photograph(width, height, numbers);
+            inspect(bytes.into(), 1_000_000).expect("fine").field_of_view_rad
+        };
+        // 36 mm of a full frame before a lens of 26 mm.
+        let wide = 2.0 * (18.0_f64 / 26.0).atan();
+        let found = known(600, 400, &[(Tag::FocalLengthIn35mmFilm, 26)]).expect("stated");
+        assert!((found - wide).abs() < 1e-3, "{found}");
+        let sides = [(Tag::PixelXDimension, 3000), (Tag::PixelYDimension, 2000)];
+        let upright = [(Tag::FocalLengthIn35mmFilm, 26), (Tag::Orientation, 6), sides[0], sides[1]];
+        let found = known(600, 400, &upright).expect("stated");
+        assert!((found - 2.0 * (12.0_f64 / 26.0).atan()).abs() < 1e-3, "{found}");
+        assert_eq!(known(400, 400, &[upright[0], sides[0], sides[1]]), None, "the image was cut");
+        assert_eq!(known(600, 400, &[(Tag::FocalLengthIn35mmFilm, 0)]), None, "0 is unknown");
+        assert_eq!(known(600, 400, &[(Tag::Orientation, 1)]), None);
     }
 
     fn code(bytes: Vec<u8>, max_pixels: u64) -> &'static str {

@@ -1,4 +1,4 @@
-//! Loads the network that reads images; its weights are read once, at start.
+//! Loads the network that reads images; weights of its own file are read at start, those of the program with the first image.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ const BUILT_IN: &str = "built-in";
 pub fn load(resolved: &Resolved) -> Result<Arc<ReadingNetwork>, ConfigErrors> {
     let settings = &resolved.config.network;
     let network = match settings.weights.as_str() {
-        BUILT_IN => ReadingNetwork::built_in(settings.reading.clone()),
+        BUILT_IN => return Ok(ReadingNetwork::built_in(settings.reading.clone())),
         path => ReadingNetwork::load(Path::new(path), settings.reading.clone()),
     };
     network.map_err(|error| {

@@ -95,7 +95,7 @@ impl App {
     ///
     /// A [`Problem`] with every violation of the order, or with the reason why the image is refused.
     pub fn check_scene(&self, order: SceneOrder) -> Result<Submission, Problem> {
-        let SceneOrder { text: given, image, terms } = order;
+        let SceneOrder { text: given, image, mut terms } = order;
         let server = &self.config().server;
         let mut errors = terms.errors();
         let mut text = None;
@@ -115,6 +115,10 @@ impl App {
         let image = image
             .map(|bytes| image::check(bytes, server.max_image_bytes, server.max_image_pixels))
             .transpose()?;
+        if let Some(fov_rad) = image.as_ref().and_then(|image| image.field_of_view_rad) {
+            let set = &mut terms.options.set;
+            set.entry(FIELD_OF_VIEW.to_owned()).or_insert_with(|| format!("{fov_rad:.4}"));
+        }
         let input = match &image {
             Some(image) => Input::Image {
                 sha256: image.digest.to_string(),
@@ -158,6 +162,9 @@ impl App {
         })
     }
 }
+
+/// The setting with the field of view of the camera that took the image of a request.
+const FIELD_OF_VIEW: &str = "photograph.field_of_view_rad";
 
 /// A random seed, for a request without one; the scene reports it.
 pub(super) fn draw_seed() -> u64 {

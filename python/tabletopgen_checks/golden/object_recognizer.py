@@ -35,8 +35,8 @@ INPUT_PX = 33
 IMAGES = [(60, 80, (20, 10, 62, 40)), (50, 70, (45, 5, 70, 50)), (40, 90, (10, 2, 75, 38))]
 
 
-def random_encoder():
-    """Three blocks: without and with expansion, of stride 2 by a kernel of 5."""
+def random_encoder(last_stride=1):
+    """Three blocks: without and with expansion, of stride 2 by a kernel of 5, of the last stride."""
     def convolution(outputs, inputs, side, **kind):
         scale = 1.4 / (inputs * side * side) ** 0.5
         return encoder.Convolution(torch.randn(outputs, inputs, side, side) * scale, 0.3 * torch.randn(outputs), **kind)
@@ -47,7 +47,7 @@ def random_encoder():
     made.blocks = torch.nn.ModuleList([
         encoder.InvertedResidual(None, convolution(8, 1, 3, groups=8), convolution(6, 8, 1)),
         encoder.InvertedResidual(convolution(12, 6, 1), convolution(12, 1, 5, stride=2, groups=12), convolution(7, 12, 1)),
-        encoder.InvertedResidual(convolution(14, 7, 1), convolution(14, 1, 3, groups=14), convolution(7, 14, 1)),
+        encoder.InvertedResidual(convolution(14, 7, 1), convolution(14, 1, 3, stride=last_stride, groups=14), convolution(7, 14, 1)),
     ])
     made.head = convolution(16, 7, 1)
     return made

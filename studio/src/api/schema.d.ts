@@ -3634,6 +3634,11 @@ export interface components {
             "no_room.min_scale"?: string;
             "no_room.outcome"?: components["schemas"]["NoSpaceOutcome"];
             /**
+             * @description Horizontal field of view of the camera; 0 = estimated from the image. Of a request without it, it is what the EXIF data of its image state (radians, 0 to 2.6).
+             * @example 0.0
+             */
+            "photograph.field_of_view_rad"?: string;
+            /**
              * @description Height every table is taken to have where its feet show and nothing else is known (meters, 0.4 to 1).
              * @example 0.74
              */

@@ -2933,6 +2933,11 @@ class SceneSettings(Model):
     else the object alone with what it carries); or it is moved from what was to carry it to free space on the table.
     What was done is in the report.
     """
+    photograph_field_of_view_rad: str | None = Field(None, alias="photograph.field_of_view_rad")
+    """
+    Horizontal field of view of the camera; 0 = estimated from the image. Of a request without it, it is what the EXIF
+    data of its image state (radians, 0 to 2.6).
+    """
     photograph_table_height_m: str | None = Field(None, alias="photograph.table_height_m")
     """
     Height every table is taken to have where its feet show and nothing else is known (meters, 0.4 to 1).

@@ -22,15 +22,14 @@ mod error;
 mod input;
 mod layer;
 mod position;
-mod weights;
 
 use candle_core::{Device, Tensor};
 use candle_nn::{LayerNorm, Linear, Module};
 
+use crate::network_weights::NetworkWeights;
 use imaging::Image;
 use layer::{TransformerLayer, layer_norm};
 use runtime::CancelFlag;
-use weights::Weights;
 
 pub use architecture::Dinov2Architecture;
 pub use error::{Dinov2Error, Dinov2WeightsError};
@@ -68,18 +67,18 @@ impl Dinov2 {
     /// A [`Dinov2WeightsError`] that names the key or tensor.
     pub fn read(config_json: &[u8], safetensors: Vec<u8>) -> Result<Self, Dinov2WeightsError> {
         let architecture = Dinov2Architecture::read(config_json)?;
-        let weights = Weights::read(safetensors)?;
+        let weights = NetworkWeights::read(safetensors)?;
         let hidden = architecture.hidden_size;
         let patch = architecture.patch_size;
         let grid = architecture.stored_grid();
         let kernel = "embeddings.patch_embeddings.projection.weight";
         let patch_projection = Linear::new(
-            weights.take(kernel, &[hidden, 3, patch, patch])?.reshape((hidden, 3 * patch * patch))?,
-            Some(weights.take("embeddings.patch_embeddings.projection.bias", &[hidden])?),
+            weights.shaped(kernel, &[hidden, 3, patch, patch])?.reshape((hidden, 3 * patch * patch))?,
+            Some(weights.shaped("embeddings.patch_embeddings.projection.bias", &[hidden])?),
         );
-        let class_token = weights.take("embeddings.cls_token", &[1, 1, hidden])?.reshape((1, hidden))?;
+        let class_token = weights.shaped("embeddings.cls_token", &[1, 1, hidden])?.reshape((1, hidden))?;
         let stored = "embeddings.position_embeddings";
-        let stored = weights.take(stored, &[1, 1 + grid * grid, hidden])?.squeeze(0)?;
+        let stored = weights.shaped(stored, &[1, 1 + grid * grid, hidden])?.squeeze(0)?;
         let layers = (0..architecture.num_hidden_layers)
             .map(|index| TransformerLayer::read(&weights, &format!("encoder.layer.{index}"), &architecture))
             .collect::<Result<_, _>>()?;

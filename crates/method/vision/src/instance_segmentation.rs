@@ -52,6 +52,7 @@ use imaging::{Image, Mask};
 use runtime::CancelFlag;
 
 /// Reads an image with the network. Deterministic. Cost: about a second on one core with the default settings.
+/// `field_of_view_rad` is the horizontal one of the camera, if it is known.
 ///
 /// # Errors
 ///
@@ -59,6 +60,7 @@ use runtime::CancelFlag;
 pub fn read_with_network(
     image: &Image,
     network: &impl DensePredictor,
+    field_of_view_rad: Option<f64>,
     settings: &NetworkReadingSettings,
     cancel: &CancelFlag,
 ) -> Result<ImageReading, VisionError> {
@@ -66,6 +68,9 @@ pub fn read_with_network(
     if width_px.min(height_px) < MIN_SCENE_SIDE_PX {
         return Err(VisionError::TooSmall { width_px, height_px });
     }
+    let known_focal = field_of_view_rad.map(|fov_rad| {
+        0.5 * f64::from(width_px) / (0.5 * fov_rad).tan() / f64::from(width_px.max(height_px))
+    });
     let [whole, maps] = predict_both(image, network, settings, cancel)?;
     let pixels = Pixels::new(image, settings.work_px);
     cancel.check()?;
@@ -78,7 +83,7 @@ pub fn read_with_network(
     let own = found.as_ref().map_or(&[][..], |found| &found.masks[..]);
     let beyond = beyond_top(bare_top.as_ref(), own, &maps, &pixels);
     // Of an image without a top, the missing top is the error.
-    let top_observation = TopObservation::new(&maps, &pixels, &beyond, settings)?;
+    let top_observation = TopObservation::new(&maps, &pixels, &beyond, known_focal.is_some(), settings)?;
     cancel.check()?;
     let Carried { objects: detected, masks, left_out } = found?;
     if detected.is_empty() {
@@ -99,7 +104,7 @@ pub fn read_with_network(
         pixels: &pixels,
         cancel,
     };
-    let (top, solids) = joint.solve(&top_observation, whole.camera())?;
+    let (top, solids) = joint.solve(&top_observation, whole.camera(known_focal))?;
     let without_solid = masks.iter().zip(&solids).filter(|(_, solid)| solid.is_none()).map(|(mask, _)| mask);
     let unread = match &bare_top {
         Some(bare_top) => {
@@ -127,7 +132,11 @@ pub fn read_with_network(
     let whole_mask = |bits: &[bool]| pixels.upscale_mask(bits, width_px, height_px);
     let left_out = left_out.iter().map(|mask| whole_mask(mask.bits())).collect();
     let table = table(&top, &whole, &pixels);
-    Ok(ImageReading { camera, table, objects, left_out, unread: whole_mask(&unread) })
+    let bare: Vec<bool> = bare_top.map_or(Vec::new(), |top| top.cells(&maps));
+    let is_bare =
+        |index: usize| cell_at(&maps, &pixels, index).is_some_and(|cell| bare.get(cell) == Some(&true));
+    let bare_top = whole_mask(&(0..pixels.len()).map(is_bare).collect::<Vec<_>>());
+    Ok(ImageReading { camera, table, objects, left_out, unread: whole_mask(&unread), bare_top })
 }
 
 /// The objects on the table with their masks in the working copy, and the masks of all others.

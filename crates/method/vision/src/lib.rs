@@ -42,10 +42,12 @@ pub mod category_fit;
 pub mod descriptor;
 pub mod dinov2;
 mod network_weights;
+mod image_encoder;
 pub mod table_network;
 pub mod object_recognizer;
 
 pub use error::VisionError;
+pub use image_encoder::ImageEncoder;
 pub use instance_segmentation::{
     CandidateRegion, CandidateRegions, NetworkReadingSettings, RegionFeatures, candidate_regions,
     read_with_network,

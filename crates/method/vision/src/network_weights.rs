@@ -10,10 +10,12 @@ use runtime::Cancelled;
 pub enum NetworkWeightsError {
     #[error("the file is not a safetensors file: {reason}")]
     Format { reason: String },
-    #[error("there is no tensor {tensor}; weights as the scripts of training/ write them are wanted")]
+    #[error("there is no tensor {tensor}; the file is of a network of another form")]
     Missing { tensor: String },
     #[error("tensor {tensor} has shape {found:?}, but {expected} is wanted")]
     Shape { tensor: String, found: Vec<usize>, expected: String },
+    #[error("tensor {tensor} holds {dtype} numbers; F32, F16, BF16 or F64 are wanted")]
+    NumberType { tensor: String, dtype: String },
     #[error("tensor {tensor} holds values that are not finite; the file is damaged")]
     NotFinite { tensor: String },
     #[error("preparing the tensors failed: {0}")]
@@ -27,6 +29,8 @@ pub enum NetworkError {
     NotFinite,
     #[error("a tensor operation failed: {0}")]
     Computation(#[from] candle_core::Error),
+    #[error(transparent)]
+    Weights(#[from] NetworkWeightsError),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
@@ -48,24 +52,34 @@ impl NetworkWeights {
 
     /// The tensor in f32, if every value is finite.
     pub(crate) fn take(&self, tensor: &str) -> Result<Tensor, NetworkWeightsError> {
-        if !self.has(tensor) {
-            return Err(NetworkWeightsError::Missing { tensor: tensor.to_owned() });
+        let name = || tensor.to_owned();
+        let Ok(view) = self.0.get(tensor) else {
+            return Err(NetworkWeightsError::Missing { tensor: name() });
+        };
+        let dtype = view.dtype();
+        if !DType::try_from(dtype).is_ok_and(|dtype| dtype.is_float()) {
+            return Err(NetworkWeightsError::NumberType { tensor: name(), dtype: format!("{dtype:?}") });
         }
         let values = self.0.load(tensor, &Device::Cpu)?.to_dtype(DType::F32)?;
         if !values.sum_all()?.to_scalar::<f32>()?.is_finite() {
-            return Err(NetworkWeightsError::NotFinite { tensor: tensor.to_owned() });
+            return Err(NetworkWeightsError::NotFinite { tensor: name() });
+        }
+        Ok(values)
+    }
+
+    /// The tensor of that shape.
+    pub(crate) fn shaped(&self, tensor: &str, shape: &[usize]) -> Result<Tensor, NetworkWeightsError> {
+        let values = self.take(tensor)?;
+        if values.dims() != shape {
+            let (found, expected) = (values.dims().to_vec(), format!("{shape:?}"));
+            return Err(NetworkWeightsError::Shape { tensor: tensor.to_owned(), found, expected });
         }
         Ok(values)
     }
 
     /// The vector of that many values.
     pub(crate) fn vector(&self, tensor: &str, length: usize) -> Result<Tensor, NetworkWeightsError> {
-        let values = self.take(tensor)?;
-        if values.dims() != [length] {
-            let (found, expected) = (values.dims().to_vec(), format!("({length},)"));
-            return Err(NetworkWeightsError::Shape { tensor: tensor.to_owned(), found, expected });
-        }
-        Ok(values)
+        self.shaped(tensor, &[length])
     }
 
     /// The matrix of that many rows, if a number is given, and columns.

@@ -7,24 +7,23 @@
 //!
 //! Probabilities agree with the reference implementation to 1e-4; a test verifies it on a small random network.
 
-mod channel_bias;
 mod crop;
-mod depthwise;
-mod encoder;
+
+use std::sync::Arc;
 
 use candle_core::{Device, Tensor};
 use rayon::prelude::*;
 
+use crate::image_encoder::ImageEncoder;
 use crate::network_weights::{NetworkError, NetworkWeights, NetworkWeightsError};
 use catalog::Category;
 use crop::square_crop;
-use encoder::Encoder;
 use imaging::{Image, Mask};
 use runtime::CancelFlag;
 
 /// The recognizer with its weights.
 pub struct ObjectRecognizer {
-    encoder: Encoder,
+    encoder: Arc<ImageEncoder>,
     /// One row for each class.
     weight: Tensor,
     bias: Tensor,
@@ -53,13 +52,18 @@ impl ObjectRecognizer {
     /// A [`NetworkWeightsError`] that names the missing or unfit tensor.
     pub fn read(safetensors: Vec<u8>) -> Result<Self, NetworkWeightsError> {
         let file = NetworkWeights::read(safetensors)?;
-        let encoder = Encoder::read(&file)?;
+        let encoder = Arc::new(ImageEncoder::read(&file)?);
         let names = file.text("categories")?;
         let classes: Vec<_> = names.lines().map(catalog::category).collect();
         let weight = file.matrix("classes.weight", Some(classes.len()), encoder.features())?;
         let bias = file.vector("classes.bias", classes.len())?;
         let input_px = file.vector("input_px", 1)?.to_vec1::<f32>()?[0] as usize;
         Ok(Self { encoder, weight, bias, classes, input_px })
+    }
+
+    /// The encoder, for the table network.
+    pub fn encoder(&self) -> Arc<ImageEncoder> {
+        self.encoder.clone()
     }
 
     /// The likely categories of the objects with these masks, most likely first.

@@ -20,6 +20,8 @@ pub struct ImageReading {
     pub left_out: Vec<Mask>,
     /// Pixels, as large as the image, of what stands on the table and is none of the objects.
     pub unread: Mask,
+    /// Pixels, as large as the image, of the bare top.
+    pub bare_top: Mask,
 }
 
 /// Shape class of a table top.

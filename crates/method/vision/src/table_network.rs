@@ -5,7 +5,8 @@
 //!
 //! Architecture: a small residual encoder and a decoder with skip connections (`training/network.py`). It uses
 //! convolutions, additions, ReLU, upsampling by 2 and one global mean. Widths and depths follow from the tensors,
-//! so a larger network of the same form needs no other code. Every tensor is checked when the network is read.
+//! so a larger network of the same form needs no other code. Every tensor is checked when the network is read. The last
+//! levels of its encoder also get outputs of the pretrained [`ImageEncoder`], which has seen photographs.
 //!
 //! Maps agree with the reference implementation to 1e-4 at values of about 10; tests verify it on a small random
 //! network.
@@ -14,8 +15,11 @@ pub mod frame;
 mod layers;
 pub mod maps;
 
+use std::sync::Arc;
+
 use candle_core::{Device, Tensor};
 
+use crate::image_encoder::{ImageEncoder, normalized};
 use crate::network_weights::{NetworkError, NetworkWeights, NetworkWeightsError};
 use frame::{Frame, ImageCrop};
 use imaging::Image;
@@ -35,6 +39,14 @@ pub struct TableNetwork {
     across: Vec<Convolution>,
     up: Vec<Block>,
     maps: Convolution,
+    known: PretrainedFeatures,
+}
+
+/// Outputs of some blocks of the pretrained encoder, and the convolutions that lead them to the last levels.
+struct PretrainedFeatures {
+    encoder: Arc<ImageEncoder>,
+    blocks: Vec<usize>,
+    convolutions: Vec<Convolution>,
 }
 
 /// A dense predictor: per-pixel maps for an image crop.
@@ -56,12 +68,12 @@ pub struct RawMaps {
 }
 
 impl TableNetwork {
-    /// Reads the bytes of `weights.safetensors`.
+    /// Reads the bytes of `weights.safetensors`, which were trained with that encoder.
     ///
     /// # Errors
     ///
     /// A [`NetworkWeightsError`] that names the missing or unfit tensor.
-    pub fn read(safetensors: Vec<u8>) -> Result<Self, NetworkWeightsError> {
+    pub fn read(safetensors: Vec<u8>, encoder: Arc<ImageEncoder>) -> Result<Self, NetworkWeightsError> {
         let reader = NetworkWeights::read(safetensors)?;
         let (mut down, mut blocks, mut widths) = (Vec::new(), Vec::new(), vec![3]);
         while reader.has(&format!("down.{}.weight", down.len())) {
@@ -87,6 +99,7 @@ impl TableNetwork {
         });
         let maps = reader.convolution("maps", widths[0], 1)?.with_outputs(MAP_CHANNELS, "maps.weight")?;
         Ok(Self {
+            known: PretrainedFeatures::read(&reader, encoder, widths)?,
             across: across.collect::<Result<_, _>>()?,
             up: levels.map(|k| reader.block(&format!("up.{k}"), widths[k])).collect::<Result<_, _>>()?,
             spread: reader.convolution("spread", widest, 1)?.with_outputs(widest, "spread.weight")?,
@@ -111,10 +124,16 @@ impl TableNetwork {
         cancel: &CancelFlag,
     ) -> Result<RawMaps, NetworkError> {
         let mut x = Tensor::from_slice(rgb, (1, 3, height_px, width_px), &Device::Cpu)?;
+        let known = self.known.of(rgb, width_px, height_px)?;
+        let first_known = self.down.len() - known.len();
         let mut skips = Vec::new();
-        for (down, blocks) in self.down.iter().zip(&self.blocks) {
+        for (level, (down, blocks)) in self.down.iter().zip(&self.blocks).enumerate() {
             cancel.check()?;
-            x = down.forward(&x)?.relu()?;
+            x = down.forward(&x)?;
+            if level >= first_known {
+                x = (x + &known[level - first_known])?;
+            }
+            x = x.relu()?;
             for block in blocks {
                 x = block.forward(&x)?;
             }
@@ -135,6 +154,51 @@ impl TableNetwork {
             return Err(NetworkError::NotFinite);
         }
         Ok(RawMaps { maps, width, height })
+    }
+}
+
+impl PretrainedFeatures {
+    fn read(
+        reader: &NetworkWeights,
+        encoder: Arc<ImageEncoder>,
+        widths: &[usize],
+    ) -> Result<Self, NetworkWeightsError> {
+        let tensor = "known.blocks";
+        let blocks: Vec<usize> = reader
+            .take(tensor)?
+            .flatten_all()?
+            .to_vec1::<f32>()?
+            .iter()
+            .map(|block| *block as usize)
+            .collect();
+        let unfit = |expected: String| NetworkWeightsError::Shape {
+            tensor: tensor.to_owned(),
+            found: blocks.clone(),
+            expected,
+        };
+        if blocks.len() > widths.len() || !blocks.is_sorted() {
+            return Err(unfit(format!("at most {} numbers in ascending order", widths.len())));
+        }
+        let last_widths = &widths[widths.len() - blocks.len()..];
+        let convolution = |(k, (block, width)): (usize, (&usize, &usize))| {
+            let channels = encoder.channels_of(*block);
+            let channels = channels.ok_or_else(|| unfit("numbers of blocks of the encoder".to_owned()))?;
+            let name = format!("known.{k}");
+            reader.convolution(&name, channels, 1)?.with_outputs(*width, &format!("{name}.weight"))
+        };
+        let convolutions =
+            blocks.iter().zip(last_widths).enumerate().map(convolution).collect::<Result<_, _>>()?;
+        Ok(Self { convolutions, encoder, blocks })
+    }
+
+    /// Contribution to each of the last levels for a frame of colors -1..1.
+    fn of(&self, rgb: &[f32], width_px: usize, height_px: usize) -> Result<Vec<Tensor>, NetworkError> {
+        let area = width_px * height_px;
+        let colors = rgb.iter().enumerate().map(|(k, color)| normalized(k / area, 0.5 * (color + 1.0)));
+        let x = Tensor::from_vec(colors.collect(), (3, height_px, width_px), &Device::Cpu)?;
+        let outputs = self.encoder.between(&x, &self.blocks)?;
+        let add = |(output, convolution): (&Tensor, &Convolution)| convolution.forward(&output.unsqueeze(0)?);
+        Ok(outputs.iter().zip(&self.convolutions).map(add).collect::<candle_core::Result<_>>()?)
     }
 }
 

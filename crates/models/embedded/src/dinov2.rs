@@ -182,7 +182,7 @@ mod tests {
         std::fs::copy(golden().join("config.json"), folder.path().join("config.json")).expect("copies");
         assert!(load_error().contains("model.safetensors: No such file"), "{}", load_error());
         std::fs::write(folder.path().join("model.safetensors"), "what").expect("writes");
-        assert!(load_error().contains("model.safetensors is not a safetensors file"), "{}", load_error());
+        assert!(load_error().contains("the file is not a safetensors file"), "{}", load_error());
         let swiglu = golden().with_file_name("swiglu").join("model.safetensors");
         std::fs::copy(swiglu, folder.path().join("model.safetensors")).expect("copies");
         let text = load_error();

@@ -44,10 +44,19 @@ pub struct SizeSettings {
     /// Assumed height of a table, meters, 0.4..1.0. It sets the scale if the feet are visible and no other scale
     /// is known.
     pub table_height_m: f64,
+    /// Horizontal field of view of the camera, radians, 0..2.6; 0 = not known.
+    pub field_of_view_rad: f64,
     /// Longer side of the rectified top view, pixels, 256..2048. More keeps finer texture.
     pub top_view_px: u32,
     /// Longer side of a texture cropped from the image, pixels, 64..2048.
     pub texture_px: u32,
+}
+
+impl SizeSettings {
+    /// The field of view, if it is known.
+    pub fn known_field_of_view_rad(&self) -> Option<f64> {
+        (self.field_of_view_rad > 0.0).then_some(self.field_of_view_rad)
+    }
 }
 
 #[cfg(test)]

@@ -27,8 +27,7 @@ pub fn layout_bench(config: &Config) -> LayoutBench {
     LayoutBench {
         compute: Arc::new(Compute::new(&config.compute)),
         embedded: tabletopgen::app::pipeline::adapters(config),
-        network: ReadingNetwork::built_in(config.network.reading.clone())
-            .expect("the built-in weights are valid"),
+        network: ReadingNetwork::built_in(config.network.reading.clone()),
         stages: Arc::new(tabletopgen::app::pipeline::stages(config)),
     }
 }
@@ -39,6 +38,7 @@ pub fn image_bench(
     resolved: &Resolved,
     perfect_maps: bool,
     with_text: bool,
+    with_intrinsics: bool,
 ) -> Result<ImageBench, ConfigErrors> {
     let single_view = tabletopgen::app::pipeline::adapters(&resolved.config).photograph;
     let network = tabletopgen::app::network::load(resolved)?;
@@ -48,7 +48,7 @@ pub fn image_bench(
         Reader::Usual(ImageReader::new(network.clone(), single_view.clone()))
     };
     let text_parser = with_text.then(|| resolved.config.analyst.clone());
-    Ok(ImageBench { reader, network, single_view, text_parser })
+    Ok(ImageBench { reader, network, single_view, text_parser, with_intrinsics })
 }
 
 /// The CPU pool shared by all computation of a run.

@@ -49,6 +49,8 @@ pub struct ImageBench {
     pub single_view: SingleViewSettings,
     /// The parser of texts beside the images; `None` = images without texts.
     pub text_parser: Option<TextParserSettings>,
+    /// Whether the reader is told the field of view of each image's camera.
+    pub with_intrinsics: bool,
 }
 
 /// The reader under test.
@@ -61,12 +63,21 @@ pub enum Reader {
 }
 
 impl Reader {
-    fn reading(&self, sample: &SyntheticImage, cancel: &CancelFlag) -> Result<ImageReading, VisionError> {
+    fn reading(
+        &self,
+        sample: &SyntheticImage,
+        with_intrinsics: bool,
+        cancel: &CancelFlag,
+    ) -> Result<ImageReading, VisionError> {
         let image = &sample.image;
-        match self {
-            Self::Usual(reader) => Ok((*reader.reading(image, cancel)?).clone()),
-            Self::PerfectMaps(settings) => {
-                read_with_network(image, &PerfectMaps::new(sample), settings, cancel)
+        let fov_rad = with_intrinsics.then_some(sample.truth.fov_x_rad);
+        match (self, fov_rad) {
+            (Self::Usual(reader), Some(fov_rad)) => {
+                Ok((*reader.with_field_of_view(fov_rad).reading(image, cancel)?).clone())
+            }
+            (Self::Usual(reader), None) => Ok((*reader.reading(image, cancel)?).clone()),
+            (Self::PerfectMaps(settings), _) => {
+                read_with_network(image, &PerfectMaps::new(sample), fov_rad, settings, cancel)
             }
         }
     }
@@ -104,7 +115,7 @@ impl ImageBench {
         sample: &SyntheticImage,
         cancel: &CancelFlag,
     ) -> Result<(ImageResult, Option<TableEstimate>), Cancelled> {
-        let labeled = self.reader.reading(sample, cancel);
+        let labeled = self.reader.reading(sample, self.with_intrinsics, cancel);
         let read = match labeled.and_then(|reading| self.label(sample, &reading, cancel)) {
             Ok(read) => Ok(read),
             Err(VisionError::Cancelled(cancelled)) => return Err(cancelled),

@@ -45,6 +45,7 @@ pub(super) fn seen(mesh: &TexturedMesh, yaw_rad: f64) -> (Image, ImageReading) {
         objects: vec![ObjectReading { mask, solid, color: Rgb([0.5; 3]), stands_on: None }],
         left_out: Vec::new(),
         unread: Mask::empty(480, 360),
+        bare_top: Mask::empty(480, 360),
     };
     (rendered.color, reading)
 }

@@ -7,11 +7,8 @@
 
 use super::Pixels;
 use super::bicubic::antialiased;
+use crate::image_encoder::{MEAN, normalized};
 use imaging::Image;
-
-/// Mean and standard deviation of ImageNet's red, green and blue, 0..1.
-const MEAN: [f32; 3] = [0.485, 0.456, 0.406];
-const DEVIATION: [f32; 3] = [0.229, 0.224, 0.225];
 
 /// The normalized square; `None` if nothing is opaque.
 pub(super) fn pixels(image: &Image, side_px: usize) -> Option<Pixels> {
@@ -41,7 +38,7 @@ pub(super) fn pixels(image: &Image, side_px: usize) -> Option<Pixels> {
             let color = blended(taps.weights.iter().zip(column));
             for channel in 0..3 {
                 let share = color[channel].clamp(0.0, 255.0) / 255.0;
-                rgb[(channel * side_px + y) * side_px + x] = (share - MEAN[channel]) / DEVIATION[channel];
+                rgb[(channel * side_px + y) * side_px + x] = normalized(channel, share);
             }
         }
     }

@@ -7,7 +7,7 @@ use candle_nn::{LayerNorm, Linear, Module};
 
 use super::architecture::Dinov2Architecture;
 use super::error::Dinov2WeightsError;
-use super::weights::Weights;
+use crate::network_weights::NetworkWeights;
 
 /// A layer with its weights.
 pub(super) struct TransformerLayer {
@@ -37,32 +37,33 @@ enum FeedForward {
 
 /// The layer norm with the tensors below `prefix`.
 pub(super) fn layer_norm(
-    weights: &Weights,
+    weights: &NetworkWeights,
     prefix: &str,
     architecture: &Dinov2Architecture,
 ) -> std::result::Result<LayerNorm, Dinov2WeightsError> {
     let hidden = architecture.hidden_size;
-    let weight = weights.take(&format!("{prefix}.weight"), &[hidden])?;
-    let bias = weights.take(&format!("{prefix}.bias"), &[hidden])?;
+    let weight = weights.shaped(&format!("{prefix}.weight"), &[hidden])?;
+    let bias = weights.shaped(&format!("{prefix}.bias"), &[hidden])?;
     Ok(LayerNorm::new(weight, bias, architecture.layer_norm_eps))
 }
 
 impl TransformerLayer {
     /// The tensors below `prefix`.
     pub(super) fn read(
-        weights: &Weights,
+        weights: &NetworkWeights,
         prefix: &str,
         architecture: &Dinov2Architecture,
     ) -> std::result::Result<Self, Dinov2WeightsError> {
         let hidden = architecture.hidden_size;
         let inner = architecture.feed_forward_size();
         let linear = |name: &str, from: usize, to: usize, has_bias: bool| {
-            let weight = weights.take(&format!("{prefix}.{name}.weight"), &[to, from])?;
-            let bias = has_bias.then(|| weights.take(&format!("{prefix}.{name}.bias"), &[to])).transpose()?;
+            let weight = weights.shaped(&format!("{prefix}.{name}.weight"), &[to, from])?;
+            let bias =
+                has_bias.then(|| weights.shaped(&format!("{prefix}.{name}.bias"), &[to])).transpose()?;
             Ok::<_, Dinov2WeightsError>(Linear::new(weight, bias))
         };
         let norm = |name: &str| layer_norm(weights, &format!("{prefix}.{name}"), architecture);
-        let scale = |name: &str| weights.take(&format!("{prefix}.{name}.lambda1"), &[hidden]);
+        let scale = |name: &str| weights.shaped(&format!("{prefix}.{name}.lambda1"), &[hidden]);
         let projection = |name: &str| {
             linear(&format!("attention.attention.{name}"), hidden, hidden, architecture.qkv_bias)
         };

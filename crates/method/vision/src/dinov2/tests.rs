@@ -174,7 +174,7 @@ fn unfit_files_are_rejected_with_key_and_tensor() {
         ("hidden_size", Value::from("wide"), "config.json describes no DINOv2"),
         ("num_hidden_layers", Value::from(4), "no tensor encoder.layer.3.norm1.weight"),
         ("image_size", Value::from(56), "embeddings.position_embeddings has shape [1, 26, 24]"),
-        ("hidden_size", Value::from(28), "by config.json it is [28, 3, 14, 14]"),
+        ("hidden_size", Value::from(28), "but [28, 3, 14, 14] is wanted"),
         ("use_swiglu_ffn", Value::from(true), "no tensor encoder.layer.0.mlp.weights_in.weight"),
     ] {
         let text = with(key, value);

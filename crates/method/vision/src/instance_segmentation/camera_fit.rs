@@ -18,7 +18,9 @@ use geometry::optimize::least_squares;
 /// Standard deviations of the network's camera. On validation images the elevation error is 0.1. With that value
 /// tops are read worse (rectangles to 1.9 degrees instead of 1.7, circles to 0.8 instead of 0.5).
 const ELEVATION_SIGMA_RAD: f64 = 0.15;
-const LOG_FOCAL_SIGMA: f64 = 0.22;
+pub(crate) const LOG_FOCAL_SIGMA: f64 = 0.22;
+/// Standard deviation of the logarithm of a focal length that the client states.
+pub(crate) const KNOWN_LOG_FOCAL_SIGMA: f64 = 0.01;
 
 /// Size of the working copy, and the network's estimate of its camera.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +29,8 @@ pub(crate) struct CameraPrior {
     pub height_px: u32,
     pub elevation_rad: f64,
     pub focal_px: f64,
+    /// Standard deviation of the focal length's logarithm.
+    pub log_focal_sigma: f64,
     /// Standard deviation of corners and edges of the outline, pixels.
     pub outline_sigma_px: f64,
 }
@@ -151,7 +155,7 @@ impl CameraPrior {
     /// Deviation from the prior, in its standard deviations.
     fn prior_residuals(&self, elevation_rad: f64, log_focal: f64) -> [f64; 2] {
         let elevation = (elevation_rad - self.elevation_rad) / ELEVATION_SIGMA_RAD;
-        [elevation, (log_focal - self.focal_px.ln()) / LOG_FOCAL_SIGMA]
+        [elevation, (log_focal - self.focal_px.ln()) / self.log_focal_sigma]
     }
 }
 
@@ -170,7 +174,14 @@ mod tests {
     /// A prior with a typical error of the network.
     fn prior(elevation_rad: f64, focal_px: f64) -> CameraPrior {
         let (elevation_rad, focal_px) = (elevation_rad + 0.04, 1.15 * focal_px);
-        CameraPrior { width_px: 768, height_px: 576, elevation_rad, focal_px, outline_sigma_px: 0.1 }
+        CameraPrior {
+            width_px: 768,
+            height_px: 576,
+            elevation_rad,
+            focal_px,
+            log_focal_sigma: LOG_FOCAL_SIGMA,
+            outline_sigma_px: 0.1,
+        }
     }
 
     fn orbit(azimuth: f64, elevation: f64, aim: DVec3) -> Camera {

@@ -47,19 +47,19 @@ const fn term(mean: f64, std_dev: f64, linear: f64, quadratic: f64) -> Term {
 /// Standardized features are clamped to this magnitude: beyond the fitted range the quadratic terms would decide alone.
 const MAX_Z_SCORE: f64 = 4.0;
 
-const INTERCEPT: f64 = -4.1771;
+const INTERCEPT: f64 = -4.2046;
 #[allow(clippy::approx_constant, reason = "a fitted number may come close to any")]
 const TERMS: [Term; RegionFeatures::COUNT] = [
-    term(-5.8997, 1.7912, 2.0507, -0.5379),
-    term(0.8648, 0.0979, 0.5668, -0.1415),
-    term(1.3540, 2.0523, -3.3843, 1.1036),
-    term(0.5092, 0.3089, -0.8978, 0.1221),
-    term(0.2261, 0.2504, 0.3389, -0.1525),
-    term(0.3652, 0.3411, -0.5532, 0.1727),
-    term(0.6178, 0.1717, 0.1223, 0.1249),
-    term(0.3927, 0.2604, 0.6252, 0.1269),
-    term(6.0374, 1.6377, -0.1624, -0.0834),
-    term(0.4505, 0.3877, 0.6726, -0.0697),
+    term(-5.8526, 1.9176, 1.8546, -0.5159),
+    term(0.8369, 0.1046, 0.9929, -0.1133),
+    term(1.5419, 2.3370, -3.8274, 1.1542),
+    term(0.4597, 0.2978, -0.7931, 0.0139),
+    term(0.1973, 0.2358, 0.1200, -0.1427),
+    term(0.3332, 0.3427, -0.1132, 0.0039),
+    term(0.6187, 0.1732, 0.1097, 0.1808),
+    term(0.4007, 0.2592, 0.4431, 0.1338),
+    term(6.0413, 1.7259, -0.1641, -0.0437),
+    term(0.4455, 0.3962, 0.5117, 0.3723),
 ];
 
 impl RegionFeatures {

@@ -3,12 +3,9 @@
 use image::imageops::{FilterType, resize};
 use image::{Rgb, RgbImage};
 
+use crate::image_encoder::normalized;
 use crate::morphology::dilate;
 use imaging::{Image, Mask};
-
-/// Mean and standard deviation of ImageNet's red, green and blue, 0..1.
-const MEAN: [f32; 3] = [0.485, 0.456, 0.406];
-const DEVIATION: [f32; 3] = [0.229, 0.224, 0.225];
 
 /// Margin on each side of the object's box, a share of its longer side.
 const MARGIN: f64 = 0.1;
@@ -50,6 +47,6 @@ pub(super) fn square_crop(image: &Image, mask: &Mask, side_px: usize) -> Option<
         Rgb(if own[index] { [r, g, b].map(opaque) } else { [GRAY; 3] })
     });
     let small = resize(&part, side_px as u32, side_px as u32, FilterType::Triangle);
-    let channel = |k: usize| small.pixels().map(move |p| (f32::from(p[k]) / 255.0 - MEAN[k]) / DEVIATION[k]);
+    let channel = |k: usize| small.pixels().map(move |p| normalized(k, f32::from(p[k]) / 255.0));
     Some((0..3).flat_map(channel).collect())
 }

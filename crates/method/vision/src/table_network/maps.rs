@@ -90,15 +90,16 @@ impl Maps {
         self.width() * self.height()
     }
 
-    /// Elevation in radians, and focal length in longer sides of the image: weighted means over the cells of the
-    /// table top, each with its own angle below the horizon. For maps of a whole image.
-    pub fn camera(&self) -> (f64, f64) {
+    /// Elevation in radians, and focal length in longer sides of the image, which may be known: weighted means over the
+    /// cells of the table top, each with its own angle below the horizon. For maps of a whole image.
+    pub fn camera(&self, known_focal: Option<f64>) -> (f64, f64) {
         let weight = |index: usize| 1.0 / (1.0 + (-self.outline(index)).exp());
         let whole: f64 = (0..self.count()).map(weight).sum();
         let mean = |value: &dyn Fn(usize) -> f64| {
             (0..self.count()).map(|index| weight(index) * value(index)).sum::<f64>() / whole.max(1e-3)
         };
-        let focal = mean(&|index| f64::from(self.plane(FOCAL)[index])).clamp(-1.5, 3.0).exp();
+        let predicted = || mean(&|index| f64::from(self.plane(FOCAL)[index])).clamp(-1.5, 3.0).exp();
+        let focal = known_focal.unwrap_or_else(predicted);
         let [width_px, height_px] = self.crop.shown;
         let focal_px = focal * width_px.max(height_px) as f64;
         let slant = |index: usize| {

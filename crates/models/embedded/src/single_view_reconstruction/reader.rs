@@ -1,5 +1,6 @@
 //! Image reader: the table network and the object recognizer, with their settings and a cache.
 
+use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
@@ -22,11 +23,24 @@ use vision::{
 
 /// The table network and the object recognizer, the digest of their weights, and the settings of the reader.
 pub struct ReadingNetwork {
-    network: TableNetwork,
-    /// Read when the first image asks for names: scenes of texts need none.
-    recognizer: OnceLock<ObjectRecognizer>,
+    /// Bytes of the table network.
+    weights: Cow<'static, [u8]>,
+    /// Read with the first image: scenes of texts need none.
+    networks: OnceLock<Networks>,
     sha256: String,
     settings: NetworkReadingSettings,
+}
+
+struct Networks {
+    table: TableNetwork,
+    recognizer: ObjectRecognizer,
+}
+
+impl Networks {
+    fn read(table: &[u8]) -> Result<Self, NetworkWeightsError> {
+        let recognizer = ObjectRecognizer::read(RECOGNIZER.to_vec())?;
+        Ok(Self { table: TableNetwork::read(table.to_vec(), recognizer.encoder())?, recognizer })
+    }
 }
 
 /// Reason why the network cannot be loaded.
@@ -44,15 +58,8 @@ const RECOGNIZER: &[u8] = include_bytes!("../../../../../weights/object_recogniz
 
 impl ReadingNetwork {
     /// The built-in network.
-    ///
-    /// # Errors
-    ///
-    /// [`LoadNetworkError::Unusable`] if the weights are damaged.
-    pub fn built_in(settings: NetworkReadingSettings) -> Result<Arc<Self>, LoadNetworkError> {
-        let path = PathBuf::from("built-in");
-        Self::read(BUILT_IN.to_vec(), settings)
-            .map(Arc::new)
-            .map_err(|source| LoadNetworkError::Unusable { path, source })
+    pub fn built_in(settings: NetworkReadingSettings) -> Arc<Self> {
+        Arc::new(Self::new(BUILT_IN.into(), settings))
     }
 
     /// The network of a file from `training/train.py`.
@@ -61,19 +68,18 @@ impl ReadingNetwork {
     ///
     /// [`LoadNetworkError`] with the path and the reason.
     pub fn load(path: &Path, settings: NetworkReadingSettings) -> Result<Arc<Self>, LoadNetworkError> {
-        let unreadable = |source| LoadNetworkError::Unreadable { path: path.to_owned(), source };
-        let unusable = |source| LoadNetworkError::Unusable { path: path.to_owned(), source };
-        Self::read(std::fs::read(path).map_err(unreadable)?, settings).map(Arc::new).map_err(unusable)
+        let weights = std::fs::read(path)
+            .map_err(|source| LoadNetworkError::Unreadable { path: path.to_owned(), source })?;
+        let network = Self::new(weights.into(), settings);
+        let read = Networks::read(&network.weights);
+        let networks = read.map_err(|source| LoadNetworkError::Unusable { path: path.to_owned(), source })?;
+        network.networks.get_or_init(|| networks);
+        Ok(Arc::new(network))
     }
 
-    fn read(safetensors: Vec<u8>, settings: NetworkReadingSettings) -> Result<Self, NetworkWeightsError> {
-        let digest = Sha256::new().chain_update(&safetensors).chain_update(RECOGNIZER).finalize();
-        Ok(Self {
-            network: TableNetwork::read(safetensors)?,
-            recognizer: OnceLock::new(),
-            sha256: runtime::digest::hex(&digest),
-            settings,
-        })
+    fn new(weights: Cow<'static, [u8]>, settings: NetworkReadingSettings) -> Self {
+        let digest = Sha256::new().chain_update(&weights).chain_update(RECOGNIZER).finalize();
+        Self { weights, networks: OnceLock::new(), sha256: runtime::digest::hex(&digest), settings }
     }
 
     /// The likely categories of the objects of a reading of that image, by their pixels alone. None if the settings
@@ -93,16 +99,16 @@ impl ReadingNetwork {
             return Ok(vec![Vec::new(); reading.objects.len()]);
         }
         let masks: Vec<&Mask> = reading.objects.iter().map(|object| &object.mask).collect();
-        self.recognizer()?.recognize(image, &masks, cancel)
+        self.networks()?.recognizer.recognize(image, &masks, cancel)
     }
 
-    fn recognizer(&self) -> Result<&ObjectRecognizer, NetworkError> {
-        if let Some(recognizer) = self.recognizer.get() {
-            return Ok(recognizer);
+    fn networks(&self) -> Result<&Networks, NetworkError> {
+        if let Some(networks) = self.networks.get() {
+            return Ok(networks);
         }
         // Outside the lock: reading takes the threads of a pool, one of which may wait for this lock.
-        let read = ObjectRecognizer::read(RECOGNIZER.to_vec()).map_err(|_| NetworkError::NotFinite)?;
-        Ok(self.recognizer.get_or_init(|| read))
+        let read = Networks::read(&self.weights)?;
+        Ok(self.networks.get_or_init(|| read))
     }
 }
 
@@ -128,6 +134,13 @@ impl ImageReader {
         Self { network, settings, cache: Arc::default() }
     }
 
+    /// The reader of images whose camera has that horizontal field of view.
+    pub fn with_field_of_view(&self, field_of_view_rad: f64) -> Self {
+        let mut settings = self.settings.clone();
+        settings.sizes.field_of_view_rad = field_of_view_rad;
+        Self::new(self.network.clone(), settings)
+    }
+
     pub fn identity(&self) -> ReaderIdentity {
         let network = (self.network.sha256.clone(), self.network.settings.clone());
         ReaderIdentity { network, settings: self.settings.clone() }
@@ -143,8 +156,9 @@ impl ImageReader {
         if let Some(reading) = self.cache.find(&key) {
             return Ok(reading);
         }
-        let ReadingNetwork { network, settings, .. } = &*self.network;
-        let reading = Arc::new(read_with_network(image, network, settings, cancel)?);
+        let table = &self.network.networks()?.table;
+        let fov_rad = self.settings.sizes.known_field_of_view_rad();
+        let reading = Arc::new(read_with_network(image, table, fov_rad, &self.network.settings, cancel)?);
         self.cache.keep(key, &reading);
         Ok(reading)
     }
@@ -166,8 +180,7 @@ impl ImageReader {
         image: &Image,
         cancel: &CancelFlag,
     ) -> Result<CandidateRegions, VisionError> {
-        let ReadingNetwork { network, settings, .. } = &*self.network;
-        candidate_regions(image, network, settings, cancel)
+        candidate_regions(image, &self.network.networks()?.table, &self.network.settings, cancel)
     }
 
     /// Reads the image on behalf of a port.
@@ -195,7 +208,7 @@ mod tests {
     #[test]
     fn built_in_networks_load() {
         let network = ReadingNetwork::built_in(test_settings::section_without("network", &["weights"]));
-        assert!(network.expect("the table network").recognizer().is_ok());
+        assert!(network.networks().is_ok());
     }
 
     #[test]

@@ -20,13 +20,14 @@ use scene::request::{MetricAnchor, RequestOptions};
 use scene::{RecognizedObject, TableShape};
 
 fn settings() -> SingleViewSettings {
-    let sizes = SizeSettings { table_height_m: 0.74, top_view_px: 512, texture_px: 512 };
+    let sizes =
+        SizeSettings { table_height_m: 0.74, field_of_view_rad: 0.0, top_view_px: 512, texture_px: 512 };
     SingleViewSettings { sizes, naming: test_settings::section("category_fit") }
 }
 
 fn reader() -> ImageReader {
     let network = ReadingNetwork::built_in(test_settings::section_without("network", &["weights"]));
-    ImageReader::new(network.expect("the built-in weights"), settings())
+    ImageReader::new(network, settings())
 }
 
 const TABLE_SIZE_M: DVec3 = DVec3::new(1.4, 0.8, 0.74);
@@ -136,7 +137,6 @@ fn furniture_around_the_table_does_not_stand_on_it() {
         found.objects.iter().filter(|object| outside(object)).map(|object| object.id.as_str()).collect();
     assert!(strangers.is_empty(), "{strangers:?} of {found:#?}");
     assert!(found.objects.len() + 1 >= true_centers_m.len(), "{}", found.objects.len());
-    assert!(!found.left_out_px.is_empty(), "what was left out is listed");
 }
 
 #[test]

@@ -152,13 +152,18 @@ fn yaw_error_equals_footprint_rotation() {
 fn perfect_maps_yield_high_recall_and_precision() {
     let bench = ImageBench {
         reader: Reader::PerfectMaps(test_settings::section_without("network", &["weights"])),
-        network: ReadingNetwork::built_in(test_settings::section_without("network", &["weights"]))
-            .expect("the built-in weights are valid"),
+        network: ReadingNetwork::built_in(test_settings::section_without("network", &["weights"])),
         single_view: SingleViewSettings {
-            sizes: SizeSettings { table_height_m: 0.74, top_view_px: 512, texture_px: 512 },
+            sizes: SizeSettings {
+                table_height_m: 0.74,
+                field_of_view_rad: 0.0,
+                top_view_px: 512,
+                texture_px: 512,
+            },
             naming: test_settings::section("category_fit"),
         },
         text_parser: None,
+        with_intrinsics: false,
     };
     let results: Vec<ImageResult> = (0..14)
         .into_par_iter()
@@ -186,7 +191,7 @@ fn perfect_maps_encode_camera_with_elevation_offset() {
         let maps = PerfectMaps { image: &sample, elevation_off_rad: OFF_RAD };
         let crop = ImageCrop::whole([truth.width_px, truth.height_px]);
         let maps = maps.maps(&sample.image, crop, &CancelFlag::default()).expect("maps");
-        let (elevation_rad, focal) = maps.camera();
+        let (elevation_rad, focal) = maps.camera(None);
         let expected = truth.camera.fx / f64::from(truth.width_px.max(truth.height_px));
         assert!((elevation_rad - truth.elevation_rad - OFF_RAD).abs() < 5e-3, "{elevation_rad}");
         assert!((focal - expected).abs() < 5e-3 * expected, "{focal} for {expected}");

@@ -1,13 +1,28 @@
-//! Encoder of the recognizer: EfficientNet-lite, with normalizations folded into its convolutions.
+//! Image encoder: EfficientNet-lite (Tan and Le, 2019), with normalizations folded into its convolutions.
+//!
+//! The recognizer of objects uses all of it, the table network the outputs of some of its first blocks, which learned
+//! from photographs alone (`training/encoder.py`).
+
+mod channel_bias;
+mod depthwise;
 
 use candle_core::{Result, Tensor};
 
-use super::channel_bias::ChannelBias;
-use super::depthwise::{Depthwise, zeros_before};
 use crate::network_weights::{NetworkWeights, NetworkWeightsError};
+use channel_bias::ChannelBias;
+use depthwise::{Depthwise, zeros_before};
+
+/// Mean and standard deviation of ImageNet's red, green and blue, 0..1.
+pub(crate) const MEAN: [f32; 3] = [0.485, 0.456, 0.406];
+const DEVIATION: [f32; 3] = [0.229, 0.224, 0.225];
+
+/// Input of a network that learned from ImageNet for a color of 0..1 in a channel.
+pub(crate) fn normalized(channel: usize, color: f32) -> f32 {
+    (color - MEAN[channel]) / DEVIATION[channel]
+}
 
 /// The network up to the mean of its last maps. Widths, depths and kernels follow from the tensors.
-pub(super) struct Encoder {
+pub struct ImageEncoder {
     stem: Stem,
     blocks: Vec<InvertedResidual>,
     head: Pointwise,
@@ -32,8 +47,9 @@ struct Pointwise {
     bias: ChannelBias,
 }
 
-impl Encoder {
-    pub(super) fn read(file: &NetworkWeights) -> std::result::Result<Self, NetworkWeightsError> {
+impl ImageEncoder {
+    /// Reads the encoder's tensors of a file of `training/recognizer.py`.
+    pub(crate) fn read(file: &NetworkWeights) -> std::result::Result<Self, NetworkWeightsError> {
         let weight = file.take("stem.weight")?;
         let mut channels = weight.dim(0)?;
         let bias = ChannelBias::read(file, "stem.bias", channels, true)?;
@@ -47,12 +63,31 @@ impl Encoder {
     }
 
     /// Number of features.
-    pub(super) fn features(&self) -> usize {
+    pub(crate) fn features(&self) -> usize {
         self.head.weight.dim(0).unwrap_or(0)
     }
 
+    /// Channels of the output of a block; `None` = there is no such block.
+    pub(crate) fn channels_of(&self, block: usize) -> Option<usize> {
+        self.blocks.get(block)?.project.outputs().ok()
+    }
+
+    /// Outputs of the blocks of these numbers, in their order, for normalized colors (channels, rows, columns).
+    pub(crate) fn between(&self, rgb: &Tensor, numbers: &[usize]) -> Result<Vec<Tensor>> {
+        let mut x = self.stem.forward(rgb)?;
+        let mut outputs = Vec::new();
+        let count = numbers.last().map_or(0, |last| last + 1);
+        for (number, block) in self.blocks.iter().take(count).enumerate() {
+            x = block.forward(&x)?;
+            if numbers.contains(&number) {
+                outputs.push(x.clone());
+            }
+        }
+        Ok(outputs)
+    }
+
     /// Features of normalized colors (channels, rows, columns).
-    pub(super) fn forward(&self, rgb: &Tensor) -> Result<Tensor> {
+    pub(crate) fn forward(&self, rgb: &Tensor) -> Result<Tensor> {
         let mut x = self.stem.forward(rgb)?;
         for block in &self.blocks {
             x = block.forward(&x)?;
