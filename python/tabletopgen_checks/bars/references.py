@@ -86,7 +86,7 @@ class AnnotatedImage:
         self.seconds = f"{made.seconds:.1f}"
         masks = json.loads((folder / "artifacts/segment/masks.json").read_text("utf-8"))
         boxes = [box for mask in masks if (box := box_of(mask["visible"]))]
-        self.read, self.found = len(boxes), matched([known_object["bbox_px"] for known_object in known["objects"]], boxes)
+        self.read, self.found = len(boxes), len(matches([known_object["bbox_px"] for known_object in known["objects"]], boxes))
         scene, report = (json.loads((folder / file).read_text("utf-8")) for file in ("scene.json", "report.json"))
         top = [projected(scene["camera"], corner) for corner in scene["table"]["outline_m"]]
         self.outline = overlap_of_outlines(known["table"]["top_outline_px"], top, known["height"])
@@ -123,15 +123,14 @@ def overlap_of_boxes(a, b):
     return across * down / max(area(a) + area(b) - across * down, 1e-9)
 
 
-def matched(true, read) -> int:
-    """Pairs of boxes that overlap by one half, the best first, each box in one pair at most."""
+def matches(true, read):
+    """Pairs of indices of boxes that overlap by one half, the best first, each box in one pair at most."""
     pairs = sorted(((overlap_of_boxes(a, b), j, k) for j, a in enumerate(true) for k, b in enumerate(read)), reverse=True)
-    taken, of_read = set(), set()
+    chosen = {}
     for overlap, j, k in pairs:
-        if overlap >= 0.5 and j not in taken and k not in of_read:
-            taken.add(j)
-            of_read.add(k)
-    return len(taken)
+        if overlap >= 0.5 and j not in chosen and k not in chosen.values():
+            chosen[j] = k
+    return chosen
 
 
 def projected(camera, corner):
