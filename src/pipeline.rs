@@ -223,7 +223,7 @@ async fn run_stages(
     let inputs = complete::inputs(&reference, &recognition, &masks, &ports);
     let completions = stages.run_each(complete::STAGE, inputs, complete::run).await?;
 
-    let mut inputs = reconstruct::inputs(&request, &reference, &recognition, &completions, &ports);
+    let mut inputs = reconstruct::inputs(&request, &reference, &recognition, &masks, &completions, &ports);
     if alone {
         inputs.truncate(recognition.objects.len());
     }

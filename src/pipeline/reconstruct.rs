@@ -7,13 +7,14 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::reference::CompletionRef;
-use super::{Context, artifact_io, reference};
+use super::{Context, artifact_io, reference, segment};
 use geometry::{Camera, Outline};
-use ports::{Adapter, Ports, ReconstructionRequest};
+use imaging::Mask;
+use ports::{Adapter, Ports, ReconstructionRequest, TablePhotograph, TableRequest};
 use runtime::seed::child_seed;
 use scene::{InstanceId, Recognition, RecognizedObject, RecognizedTable, ReconstructionMethod, SceneRequest};
 
-pub const STAGE: Stage = Stage { name: "reconstruct", version: 9 };
+pub const STAGE: Stage = Stage { name: "reconstruct", version: 10 };
 
 /// Name of the table among the instances of this stage.
 const TABLE: &str = "table";
@@ -28,7 +29,21 @@ pub struct Inputs {
 #[serde(rename_all = "snake_case")]
 enum Subject {
     Object(Box<Object>),
-    Table(RecognizedTable),
+    Table(Box<Table>),
+}
+
+#[derive(Serialize)]
+struct Table {
+    table: RecognizedTable,
+    /// `None` if the reference image was rendered.
+    photograph: Option<Photograph>,
+}
+
+#[derive(Serialize)]
+struct Photograph {
+    image: ArtifactRef,
+    camera: Camera,
+    bare_top: Mask,
 }
 
 #[derive(Serialize)]
@@ -59,6 +74,7 @@ pub fn inputs(
     request: &SceneRequest,
     reference: &reference::Output,
     recognition: &Recognition,
+    masks: &segment::Output,
     completions: &[CompletionRef],
     ports: &Ports,
 ) -> Vec<(InstanceId, Inputs)> {
@@ -79,7 +95,14 @@ pub fn inputs(
         })
         .collect();
     if let Ok(id) = InstanceId::new(TABLE) {
-        inputs.push((id, Inputs { subject: Subject::Table(recognition.table.clone()), mesh_generator }));
+        let camera = recognition.camera;
+        let photograph = reference.known.is_none().then(|| Photograph {
+            image: reference.image.clone(),
+            camera,
+            bare_top: masks.uncovered(camera.width_px, camera.height_px),
+        });
+        let table = Table { table: recognition.table.clone(), photograph };
+        inputs.push((id, Inputs { subject: Subject::Table(Box::new(table)), mesh_generator }));
     }
     inputs
 }
@@ -110,8 +133,17 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
                 notes: raw.notes,
             })
         }
-        Subject::Table(table) => {
-            let raw = generator.table(&call, table.clone()).await?;
+        Subject::Table(subject) => {
+            let photograph = match &subject.photograph {
+                Some(Photograph { image, camera, bare_top }) => Some(TablePhotograph {
+                    image: artifact_io::image(&context, image).await?,
+                    camera: *camera,
+                    bare_top: bare_top.clone(),
+                }),
+                None => None,
+            };
+            let request = TableRequest { table: subject.table.clone(), photograph };
+            let raw = generator.table(&call, request).await?;
             Ok(Output {
                 mesh: artifact_io::put_mesh(&context, "mesh.glb", raw.mesh).await?,
                 outline_m: Some(raw.outline_m),

@@ -15,7 +15,7 @@ use render::annotate::{distinct_color, draw_mask_outline, draw_text, tint_mask};
 use scene::{InstanceId, InstanceMask, MaskEdges, Recognition};
 use vision::mask_repair;
 
-pub const STAGE: Stage = Stage { name: "segment", version: 7 };
+pub const STAGE: Stage = Stage { name: "segment", version: 8 };
 
 #[derive(Serialize)]
 pub struct Inputs {
@@ -33,6 +33,8 @@ pub struct Output {
     pub table: Option<Mask>,
     /// Pixels of what stands on the table and is none of the objects; `None` where the segmenter did not search for it.
     pub unread: Option<Mask>,
+    /// Pixels of the bare table top; `None` where the segmenter did not search for it.
+    pub bare_top: Option<Mask>,
 }
 
 impl Inputs {
@@ -47,6 +49,15 @@ impl Inputs {
 }
 
 impl Output {
+    /// Pixels that may show the bare top in an image of that size: those of no instance, where the segmenter did not
+    /// search for the top.
+    pub fn uncovered(&self, width_px: u32, height_px: u32) -> Mask {
+        let everything = || Mask::from_fn(width_px, height_px, |_, _| true);
+        let uncovered = self.bare_top.clone().unwrap_or_else(everything);
+        let covering = self.masks.iter().map(|mask| &mask.visible).chain(&self.unread);
+        covering.fold(uncovered, |uncovered, mask| uncovered.without(mask))
+    }
+
     /// For each instance the pixels of all others: they may hide it.
     pub fn others(&self) -> Vec<Mask> {
         let Some(first) = self.masks.first() else { return Vec::new() };
@@ -80,7 +91,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         }
     };
     let table = ports.segmenter.table(&call, seen.clone()).await?;
-    let output = Output { masks, table, unread: found.unread };
+    let output = Output { masks, table, unread: found.unread, bare_top: found.bare_top };
     check_sizes(&output, &seen.image)?;
     context.put_json("masks.json", &output.masks).await?;
     let shown = output.clone();
@@ -116,7 +127,11 @@ fn check_masks(masks: &[InstanceMask], recognition: &Recognition, image: &Image)
 
 fn check_sizes(output: &Output, image: &Image) -> Result<(), StageError> {
     let size = (image.width_px(), image.height_px());
-    let of_whole = [("the table's mask", &output.table), ("the mask of what was not read", &output.unread)];
+    let of_whole = [
+        ("the table's mask", &output.table),
+        ("the mask of what was not read", &output.unread),
+        ("the mask of the bare top", &output.bare_top),
+    ];
     let fits = |mask: &Mask| (mask.width_px(), mask.height_px()) == size;
     match of_whole.into_iter().find(|(_, mask)| !mask.as_ref().is_none_or(fits)) {
         Some((what, _)) => Err(StageError::permanent(
@@ -158,10 +173,11 @@ mod tests {
             masks: vec![mask("a", 0, 3), mask("b", 2, 6), mask("c", 5, 7)],
             table: None,
             unread: None,
+            bare_top: None,
         };
         let columns = |mask: &Mask| (0..9).filter(|&x| mask.contains(x, 1)).collect::<Vec<u32>>();
         let others: Vec<Vec<u32>> = output.others().iter().map(columns).collect();
         assert_eq!(others, [vec![2, 3, 4, 5, 6], vec![0, 1, 2, 5, 6], vec![0, 1, 2, 3, 4, 5]]);
-        assert!(Output { masks: Vec::new(), table: None, unread: None }.others().is_empty());
+        assert!(Output { masks: Vec::new(), table: None, unread: None, bare_top: None }.others().is_empty());
     }
 }

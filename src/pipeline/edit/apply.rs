@@ -17,7 +17,7 @@ use crate::pipeline::resolve::{Loaded, load};
 use crate::pipeline::{Context, Settings, artifact_io, task_scene};
 use editing::RestSettings;
 use physics::{CertifySettings, SettleSettings};
-use ports::{Adapter, Ports};
+use ports::{Adapter, Ports, TableRequest};
 use render::RenderSettings;
 use runtime::seed::child_seed;
 use scene::edit::{EditAccount, OperationResult};
@@ -125,7 +125,8 @@ async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, Ne
         recognized.color = color.or(recognized.color);
         recognized.material = material.or(recognized.material);
         let generator = &context.services().ports.mesh_generator;
-        let raw = generator.table(&context.call(), recognized.clone()).await?;
+        let request = TableRequest { table: recognized.clone(), photograph: None };
+        let raw = generator.table(&context.call(), request).await?;
         let same = raw.outline_m == inputs.parent.table.outline_m;
         if !same && inputs.plan.is_drawn {
             continue;

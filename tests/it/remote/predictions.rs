@@ -11,7 +11,9 @@ use glam::DVec3;
 use imaging::{Image, Mask};
 use mesh_io::gltf::write_mesh_glb;
 use ports::ledger::OnUnknown;
-use ports::{Call, Completion, MeshGenerator, Port, ProviderError, RawMesh, ReconstructionRequest};
+use ports::{
+    Call, Completion, MeshGenerator, Port, ProviderError, RawMesh, ReconstructionRequest, TableRequest,
+};
 use remote::ReplicateSettings;
 use remote::replicate;
 use remote::replicate::ReplicateMeshGenerator;
@@ -338,6 +340,7 @@ async fn tables_are_left_to_others() {
         material: None,
         seed: 1,
     };
-    let refused = bench.generator.table(&bench.call, table).await.unwrap_err();
+    let request = TableRequest { table, photograph: None };
+    let refused = bench.generator.table(&bench.call, request).await.unwrap_err();
     assert!(refused.to_string().contains("providers.mesh_generator"), "{refused}");
 }

@@ -9,13 +9,14 @@ use serde::{Deserialize, Serialize};
 use catalog::wear::{worn_object, worn_table};
 use ports::{
     Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,
+    TableRequest,
 };
-use scene::{RecognizedTable, ReconstructionMethod};
+use scene::ReconstructionMethod;
 
 use super::orientation::randomly_oriented;
 use super::recognized_table;
 use super::requested_pose::rendered_mesh;
-use super::single_view_reconstruction::{self, SingleViewSettings};
+use super::single_view_reconstruction::{self, SingleViewSettings, with_photographed_top};
 use super::with_catalog;
 
 /// Answers the mesh port from the catalog or from a single view.
@@ -49,7 +50,7 @@ const LICENCE: &str = "CC0-1.0";
 impl MeshGenerator for EmbeddedMeshGenerator {
     fn adapter(&self) -> Adapter {
         let settings = Settings { photograph: &self.photograph, meshes: &self.meshes };
-        with_catalog(Adapter::new("embedded/mesh_generator", "8", &settings))
+        with_catalog(Adapter::new("embedded/mesh_generator", "9", &settings))
     }
 
     fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh> {
@@ -75,14 +76,27 @@ impl MeshGenerator for EmbeddedMeshGenerator {
         }))
     }
 
-    fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable> {
-        let wear = self.meshes.wear;
-        Box::pin(call.compute(Port::MeshGenerator, move |_| {
+    fn table<'a>(&'a self, call: &'a Call, request: TableRequest) -> Answer<'a, RawTable> {
+        let (wear, longer_px) = (self.meshes.wear, self.photograph.sizes.top_view_px);
+        Box::pin(call.compute(Port::MeshGenerator, move |cancel| {
+            let TableRequest { table, photograph } = request;
             let built = recognized_table::built(&table).ok_or_else(|| ProviderError::Unsupported {
                 port: Port::MeshGenerator,
                 adapter: CATALOG.into(),
                 reason: format!("{:?} is no table model of the catalog", table.model),
             })?;
+            let photographed = match &photograph {
+                Some(photograph) => with_photographed_top(&built, photograph, longer_px, cancel)?,
+                None => None,
+            };
+            if let Some(mesh) = photographed {
+                return Ok(RawTable {
+                    mesh,
+                    outline_m: built.outline_m.clone(),
+                    made_by: "embedded/photograph".into(),
+                    licence: "CC0-1.0 AND LicenseRef-input-image".into(),
+                });
+            }
             Ok(RawTable {
                 mesh: worn_table(built.mesh.clone(), wear, table.seed),
                 outline_m: built.outline_m.clone(),

@@ -33,7 +33,8 @@ impl Segmenter for EmbeddedSegmenter {
         let reader = self.photograph.clone();
         Box::pin(call.compute(Port::Segmenter, move |cancel| match &reference.known {
             Some(known) => {
-                Ok(Segmentation { masks: known.masks.clone(), edges: known.mask_edges, unread: None })
+                let (masks, edges) = (known.masks.clone(), known.mask_edges);
+                Ok(Segmentation { masks, edges, unread: None, bare_top: None })
             }
             None => single_view_reconstruction::segment(&reference.image, &recognition, &reader, cancel),
         }))

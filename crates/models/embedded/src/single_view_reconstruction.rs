@@ -13,6 +13,7 @@ mod segment;
 mod complete;
 mod neighboring_texture;
 mod top_view;
+mod tabletop_texture;
 mod primitive_mesh;
 mod reconstruct;
 mod category_mesh;
@@ -23,6 +24,7 @@ pub use reader::{ImageReader, LoadNetworkError, ReaderIdentity, ReadingNetwork};
 pub use recognize::{at_usual_scale, recognize};
 pub use reconstruct::{as_seen, reconstruct};
 pub use segment::segment;
+pub(crate) use tabletop_texture::with_photographed_top;
 pub use text_naming::{ObjectNames, name_objects};
 pub use top_view::top_view;
 

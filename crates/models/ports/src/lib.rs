@@ -44,7 +44,9 @@ pub use image_generator::{
     ImageGenerator, IsolatedRender, ReferenceImage, SyntheticGroundTruth, TopViewAnnotations, TopViewImage,
     TopViewRequest, Truth, TruthInstance,
 };
-pub use mesh_generator::{MeshGenerator, RawMesh, RawTable, ReconstructionRequest};
+pub use mesh_generator::{
+    MeshGenerator, RawMesh, RawTable, ReconstructionRequest, TablePhotograph, TableRequest,
+};
 pub use recognition_hints::{InvalidHints, NamedObject, RecognitionHints};
 pub use segmenter::{Segmentation, Segmenter, TopBoxes};
 pub use upright::stood_up;

@@ -1,7 +1,10 @@
 //! Port 4, the mesh generator: a textured mesh from the completed image of an instance. The paper uses Hunyuan3D-3.0.
 
+use std::sync::Arc;
+
 use super::{Adapter, Answer, Call, Completion};
 use geometry::{Camera, Outline, TexturedMesh};
+use imaging::{Image, Mask};
 use scene::{RecognizedObject, RecognizedTable, ReconstructionMethod};
 
 /// Generates meshes.
@@ -13,7 +16,25 @@ pub trait MeshGenerator: Send + Sync {
     fn reconstruct<'a>(&'a self, call: &'a Call, request: ReconstructionRequest) -> Answer<'a, RawMesh>;
 
     /// The table at its commonsense size.
-    fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable>;
+    fn table<'a>(&'a self, call: &'a Call, request: TableRequest) -> Answer<'a, RawTable>;
+}
+
+/// The table to make.
+#[derive(Clone)]
+pub struct TableRequest {
+    pub table: RecognizedTable,
+    /// The photograph that it was recognized in; `None` for images of the embedded generator, and without an image.
+    pub photograph: Option<TablePhotograph>,
+}
+
+/// What a photograph shows of a table.
+#[derive(Clone)]
+pub struct TablePhotograph {
+    pub image: Arc<Image>,
+    /// The camera of the image; world frame = center of the top.
+    pub camera: Camera,
+    /// Pixels, as large as the image, that may show the bare top.
+    pub bare_top: Mask,
 }
 
 /// A generated table: upright and metric, since tables are catalog models and not reconstructions.

@@ -40,6 +40,8 @@ pub struct Segmentation {
     /// Pixels of what stands on the table and is none of the recognized objects; `None` where the adapter does
     /// not search for it.
     pub unread: Option<Mask>,
+    /// Pixels of the bare table top; `None` where the adapter does not search for it.
+    pub bare_top: Option<Mask>,
 }
 
 /// Boxes on a top view, pixels, y down: x0, y0, x1, y1.

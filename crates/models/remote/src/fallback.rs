@@ -8,12 +8,12 @@ use imaging::Mask;
 use ports::{
     Adapter, Answer, Call, Completion, CompletionRequest, GeneratedReference, ImageGenerator, Judgement,
     MeshGenerator, ProviderError, RawMesh, RawTable, RecognitionHints, ReconstructionRequest, ReferenceImage,
-    SceneAnalyst, Segmentation, Segmenter, TaskQuestion, TopBoxes, TopCheck, TopVerdict, TopViewImage,
-    TopViewRequest, Upright, UprightQuestion,
+    SceneAnalyst, Segmentation, Segmenter, TableRequest, TaskQuestion, TopBoxes, TopCheck, TopVerdict,
+    TopViewImage, TopViewRequest, Upright, UprightQuestion,
 };
 use scene::appraisal::{ModelResponse, ProposedTask, Rating};
 use scene::request::RequestOptions;
-use scene::{Recognition, RecognizedTable, SceneDescription};
+use scene::{Recognition, SceneDescription};
 
 /// Providers of the port `P` (`dyn SceneAnalyst`), the preferred one first.
 pub struct FallbackChain<P: ?Sized> {
@@ -193,8 +193,8 @@ impl MeshGenerator for FallbackChain<dyn MeshGenerator> {
         Box::pin(self.ask(move |generator| generator.reconstruct(call, request.clone())))
     }
 
-    fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable> {
-        Box::pin(self.ask(move |generator| generator.table(call, table.clone())))
+    fn table<'a>(&'a self, call: &'a Call, request: TableRequest) -> Answer<'a, RawTable> {
+        Box::pin(self.ask(move |generator| generator.table(call, request.clone())))
     }
 }
 

@@ -19,9 +19,9 @@ use mesh_io::gltf::{GltfError, read_mesh_glb};
 use mesh_io::obj_archive::{ObjArchiveError, is_archive, read_mesh_obj_archive};
 use ports::{
     Adapter, Answer, Call, Completion, MeshGenerator, Port, ProviderError, RawMesh, RawTable,
-    ReconstructionRequest,
+    ReconstructionRequest, TableRequest,
 };
-use scene::{RecognizedTable, ReconstructionMethod};
+use scene::ReconstructionMethod;
 
 /// Margin around the object, as a share of the side of the square.
 const MARGIN: f64 = 0.1;
@@ -112,7 +112,7 @@ impl<V: MeshVendor> MeshGenerator for VendorMeshGenerator<V> {
         Box::pin(self.made(call, request))
     }
 
-    fn table<'a>(&'a self, _call: &'a Call, _table: RecognizedTable) -> Answer<'a, RawTable> {
+    fn table<'a>(&'a self, _call: &'a Call, _request: TableRequest) -> Answer<'a, RawTable> {
         let adapter = self.settings.adapter().name;
         Box::pin(async { Err(makes_no_tables(adapter)) })
     }

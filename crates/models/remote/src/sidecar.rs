@@ -95,7 +95,8 @@ impl Segmenter for SidecarSegmenter {
                 })?;
                 let masks = recognition.objects.iter().zip(made_disjoint(masks));
                 let masks = masks.map(|(object, visible)| InstanceMask { id: object.id.clone(), visible });
-                Ok(Segmentation { masks: masks.collect(), edges: MaskEdges::Sharp, unread: None })
+                let (masks, edges) = (masks.collect(), MaskEdges::Sharp);
+                Ok(Segmentation { masks, edges, unread: None, bare_top: None })
             })
             .await
         })

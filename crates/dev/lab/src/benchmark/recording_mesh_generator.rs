@@ -16,9 +16,10 @@ use embedded::requested_pose::rendered_mesh;
 use geometry::TexturedMesh;
 use ports::{
     Adapter, Answer, Call, MeshGenerator, Port, ProviderError, RawMesh, RawTable, ReconstructionRequest,
+    TableRequest,
 };
 use runtime::seed::child_seed;
-use scene::{InstanceId, RecognizedObject, RecognizedTable};
+use scene::{InstanceId, RecognizedObject};
 
 /// Maximum distance between equal vertices, as a share of the mesh's longest side.
 const SAME_VERTEX: f64 = 1e-3;
@@ -69,8 +70,8 @@ impl MeshGenerator for RecordingMeshGenerator {
         .boxed()
     }
 
-    fn table<'a>(&'a self, call: &'a Call, table: RecognizedTable) -> Answer<'a, RawTable> {
-        self.generator.table(call, table)
+    fn table<'a>(&'a self, call: &'a Call, request: TableRequest) -> Answer<'a, RawTable> {
+        self.generator.table(call, request)
     }
 }
 

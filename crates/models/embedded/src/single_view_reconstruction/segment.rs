@@ -30,5 +30,6 @@ pub fn segment(
     let masks = reading.objects.iter().map(|object| object.mask.clone());
     let objects = recognition.objects.iter().zip(masks);
     let masks = objects.map(|(object, visible)| InstanceMask { id: object.id.clone(), visible }).collect();
-    Ok(Segmentation { masks, edges: MaskEdges::Sharp, unread: Some(reading.unread.clone()) })
+    let (unread, bare_top) = (Some(reading.unread.clone()), Some(reading.bare_top.clone()));
+    Ok(Segmentation { masks, edges: MaskEdges::Sharp, unread, bare_top })
 }

@@ -41,7 +41,7 @@ pub fn top_view(
         }
     })?;
     let footprints = footprints(request, &outline, cancel)?;
-    let view = view_of(&outline, settings);
+    let view = view_of(&outline, MARGIN, settings.sizes.top_view_px);
     let rendered = rectified(&request.reference.image, camera, &view, cancel)?;
     let mask_of = |outline: &Outline| {
         Mask::from_fn(view.width_px, view.height_px, |x, y| {
@@ -112,11 +112,12 @@ fn footprints(
         .collect()
 }
 
-fn view_of(outline: &Outline, settings: &SingleViewSettings) -> TopView {
+/// A view of a top from above, with a margin around it (a share of its longer side), its longer side that many pixels.
+pub(super) fn view_of(outline: &Outline, margin: f64, longer_px: u32) -> TopView {
     let (low, high) = outline.bounds();
-    let margin = MARGIN * (high - low).max_element();
+    let margin = margin * (high - low).max_element();
     let extent = high - low + DVec2::splat(2.0 * margin);
-    let meters_per_px = extent.max_element() / f64::from(settings.sizes.top_view_px.max(16));
+    let meters_per_px = extent.max_element() / f64::from(longer_px.max(16));
     TopView {
         width_px: (extent.x / meters_per_px).ceil() as u32,
         height_px: (extent.y / meters_per_px).ceil() as u32,
@@ -127,7 +128,7 @@ fn view_of(outline: &Outline, settings: &SingleViewSettings) -> TopView {
 }
 
 /// The image on the table plane, bilinear; white beyond its border.
-fn rectified(
+pub(super) fn rectified(
     image: &Image,
     camera: &Camera,
     view: &TopView,
