@@ -1,9 +1,14 @@
 //! Boundary tracing: a set of pixels as a polygon.
 
+use std::collections::HashMap;
+
 use glam::DVec2;
 
+use crate::polygon::area;
+
 /// Outer boundary of the connected component of the first pixel, as corners in pixels (angle grows with y down).
-/// It is simplified by Douglas and Peucker to `tolerance_px`.
+/// Where parts of it touch in corners of pixels alone, it is that of the largest part. It is simplified by Douglas and
+/// Peucker to `tolerance_px`.
 pub(crate) fn trace(indices: &[usize], width: usize, tolerance_px: f64) -> Vec<DVec2> {
     let Some(&first) = indices.iter().min() else { return Vec::new() };
     let mut inside = vec![false; indices.iter().max().map_or(0, |highest| highest + 1)];
@@ -44,7 +49,29 @@ pub(crate) fn trace(indices: &[usize], width: usize, tolerance_px: f64) -> Vec<D
     if corners.len() > 1 && corners.first() == corners.last() {
         corners.pop();
     }
-    simplify(&corners, tolerance_px)
+    simplify(&largest_loop(&corners), tolerance_px)
+}
+
+/// The largest of the loops that a walk consists of, if it visits corners twice. Solids on such a walk would have edges
+/// with four faces.
+fn largest_loop(corners: &[DVec2]) -> Vec<DVec2> {
+    let key = |p: DVec2| [p.x as i64, p.y as i64];
+    let (mut open, mut largest): (Vec<DVec2>, Vec<DVec2>) = (Vec::new(), Vec::new());
+    let mut places: HashMap<[i64; 2], usize> = HashMap::new();
+    for &corner in corners {
+        if let Some(&first) = places.get(&key(corner)) {
+            let closed = open.split_off(first);
+            closed[1..].iter().for_each(|p| drop(places.remove(&key(*p))));
+            open.push(corner);
+            if area(&closed) > area(&largest) {
+                largest = closed;
+            }
+        } else {
+            places.insert(key(corner), open.len());
+            open.push(corner);
+        }
+    }
+    if area(&open) >= area(&largest) { open } else { largest }
 }
 
 fn simplify(corners: &[DVec2], tolerance_px: f64) -> Vec<DVec2> {
@@ -75,19 +102,28 @@ fn simplify(corners: &[DVec2], tolerance_px: f64) -> Vec<DVec2> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::polygon::area;
+
+    fn pixels(rows: &[&str]) -> Vec<usize> {
+        let width = rows[0].len();
+        let row = |(y, row): (usize, &&str)| {
+            let set = row.bytes().enumerate().filter(|(_, b)| *b == b'#').map(|(x, _)| y * width + x);
+            set.collect::<Vec<usize>>()
+        };
+        rows.iter().enumerate().flat_map(row).collect()
+    }
+
+    #[test]
+    fn parts_that_touch_in_corners_are_left_out() {
+        let outline = trace(&pixels(&[".#......", "#.####..", "..####..", "..####..", "......##"]), 8, 0.2);
+        assert!((area(&outline) - 12.0).abs() < 1e-9, "{outline:?}");
+        let corners: std::collections::BTreeSet<[i64; 2]> =
+            outline.iter().map(|p| [p.x as i64, p.y as i64]).collect();
+        assert_eq!(corners.len(), outline.len(), "{outline:?}");
+    }
 
     #[test]
     fn contour_of_l_shape_has_six_corners_and_its_area() {
-        let rows = ["......", ".##...", ".##...", ".####.", ".####."];
-        let indices: Vec<usize> = rows
-            .iter()
-            .enumerate()
-            .flat_map(|(y, row)| {
-                row.bytes().enumerate().filter(|(_, b)| *b == b'#').map(move |(x, _)| y * 6 + x)
-            })
-            .collect();
-        let outline = trace(&indices, 6, 0.2);
+        let outline = trace(&pixels(&["......", ".##...", ".##...", ".####.", ".####."]), 6, 0.2);
         assert_eq!(outline.len(), 6, "{outline:?}");
         assert!((area(&outline) - 12.0).abs() < 1e-9);
     }

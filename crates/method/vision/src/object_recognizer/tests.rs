@@ -1,6 +1,9 @@
 //! Parity with the reference implementation on the small random network of
 //! `tabletopgen_checks.golden.object_recognizer`, and rejection of unfit files.
 
+use candle_core::DType;
+use candle_core::safetensors::BufferedSafetensors;
+
 use super::*;
 
 const WEIGHTS: &[u8] = include_bytes!("../../../../../tests/golden/object_recognizer/weights.safetensors");
@@ -9,18 +12,18 @@ const GOLDEN: &[u8] = include_bytes!("../../../../../tests/golden/object_recogni
 /// Maximum difference of probabilities from the reference.
 const TOLERANCE: f64 = 1e-4;
 
-fn golden() -> NetworkWeights {
-    NetworkWeights::read(GOLDEN.to_vec()).expect("golden.safetensors")
+fn golden(name: &str) -> Tensor {
+    let file = BufferedSafetensors::new(GOLDEN.to_vec()).expect("golden.safetensors");
+    file.load(name, &Device::Cpu).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
 fn values(name: &str) -> Vec<f32> {
-    let tensor = golden().take(name).unwrap_or_else(|error| panic!("{error}"));
-    tensor.flatten_all().expect("flat").to_vec1().expect("f32")
+    golden(name).to_dtype(DType::F32).expect("numbers").flatten_all().expect("flat").to_vec1().expect("f32")
 }
 
 /// The image of the golden file and its mask.
 fn image_and_mask(number: usize) -> (Image, Mask) {
-    let colors = golden().take(&format!("{number}.colors")).expect("colors");
+    let colors = golden(&format!("{number}.colors"));
     let (height, width, _) = colors.dims3().expect("rows, columns, channels");
     let (colors, inside) = (values(&format!("{number}.colors")), values(&format!("{number}.mask")));
     let mut image = Image::filled(width as u32, height as u32, [0, 0, 0, 255]);

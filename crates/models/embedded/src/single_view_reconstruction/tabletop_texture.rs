@@ -8,7 +8,7 @@ use glam::{DVec2, Vec2};
 use super::neighboring_texture;
 use super::top_view::{rectified, view_of};
 use catalog::BuiltTable;
-use geometry::{Material, Outline, TexturedMesh};
+use geometry::{FaceGroup, Material, Outline, TexturedMesh};
 use imaging::distance_transform::distance_transform;
 use imaging::{Image, Texture};
 use ports::TablePhotograph;
@@ -94,30 +94,39 @@ fn with_material_on_top(mesh: &TexturedMesh, material: &Material, outline: &Outl
             .iter()
             .all(|v| mesh.positions[*v as usize].z.abs() < FLATNESS_M && mesh.normals[*v as usize].z > 0.9)
     };
-    let mut rest = mesh.clone();
-    let mut top = TexturedMesh { materials: vec![material.clone()], ..TexturedMesh::default() };
-    let mut copies: HashMap<u32, u32> = HashMap::new();
-    let mut triangles = Vec::new();
-    for group in &mut rest.groups {
-        let (own, others): (Vec<[u32; 3]>, Vec<[u32; 3]>) = group.triangles.iter().partition(|t| is_top(t));
-        group.triangles = others;
-        triangles.extend(own.into_iter().map(|triangle| {
-            triangle.map(|v| {
-                *copies.entry(v).or_insert_with(|| {
-                    let at = v as usize;
-                    let share = (mesh.positions[at].truncate() - low) / (high - low);
-                    top.positions.push(mesh.positions[at]);
-                    top.normals.push(mesh.normals[at]);
-                    top.uvs.push(share.as_vec2().clamp(Vec2::ZERO, Vec2::ONE));
-                    top.positions.len() as u32 - 1
-                })
-            })
-        }));
+    let (mut top, mut rest) = (part(mesh, is_top), part(mesh, |triangle| !is_top(triangle)));
+    let triangles = top.triangles().collect();
+    top.groups = vec![FaceGroup { material: 0, triangles }];
+    top.materials = vec![material.clone()];
+    for (uv, position) in top.uvs.iter_mut().zip(&top.positions) {
+        let share = (position.truncate() - low) / (high - low);
+        *uv = share.as_vec2().clamp(Vec2::ZERO, Vec2::ONE);
     }
-    top.groups.push(geometry::FaceGroup { material: 0, triangles });
-    rest.groups.retain(|group| !group.triangles.is_empty());
     rest.append(top);
     rest
+}
+
+/// The triangles that are chosen, with their vertices alone.
+fn part(mesh: &TexturedMesh, is_chosen: impl Fn(&[u32; 3]) -> bool) -> TexturedMesh {
+    let mut chosen = TexturedMesh { materials: mesh.materials.clone(), ..TexturedMesh::default() };
+    let mut places: HashMap<u32, u32> = HashMap::new();
+    for group in &mesh.groups {
+        let triangles: Vec<[u32; 3]> = group.triangles.iter().copied().filter(&is_chosen).collect();
+        let vertices = triangles.iter().flatten();
+        vertices.for_each(|&v| {
+            places.entry(v).or_insert_with(|| {
+                chosen.positions.push(mesh.positions[v as usize]);
+                chosen.normals.push(mesh.normals[v as usize]);
+                chosen.uvs.push(mesh.uvs[v as usize]);
+                chosen.positions.len() as u32 - 1
+            });
+        });
+        if !triangles.is_empty() {
+            let triangles = triangles.into_iter().map(|triangle| triangle.map(|v| places[&v])).collect();
+            chosen.groups.push(FaceGroup { material: group.material, triangles });
+        }
+    }
+    chosen
 }
 
 #[cfg(test)]
@@ -163,6 +172,8 @@ mod tests {
         let mesh =
             with_photographed_top(&built, &photograph, 400, &cancel).expect("not stopped").expect("shows");
         assert_eq!(mesh.triangle_count(), built.mesh.triangle_count());
+        let used: std::collections::BTreeSet<u32> = mesh.triangles().flatten().collect();
+        assert_eq!(used.len(), mesh.positions.len(), "every vertex has a face");
         let material =
             mesh.materials.iter().position(|material| material.name == MATERIAL).expect("a photograph");
         let group = mesh.groups.iter().find(|group| group.material == material).expect("faces");
