@@ -61,7 +61,9 @@ fn largest_loop(corners: &[DVec2]) -> Vec<DVec2> {
     for &corner in corners {
         if let Some(&first) = places.get(&key(corner)) {
             let closed = open.split_off(first);
-            closed[1..].iter().for_each(|p| drop(places.remove(&key(*p))));
+            for p in &closed[1..] {
+                places.remove(&key(*p));
+            }
             open.push(corner);
             if area(&closed) > area(&largest) {
                 largest = closed;
