@@ -1,4 +1,4 @@
-//! Loads the network that reads images; weights of its own file are read at start, those of the program with the first image.
+//! Loads the network that reads images. Weights of a file are read at start, those of the program with the first image.
 
 use std::path::Path;
 use std::sync::Arc;

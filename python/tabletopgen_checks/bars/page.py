@@ -19,7 +19,7 @@ from tabletopgen_checks.repository import RESULTS, ROOT, git
 from tabletopgen_checks.result_pages import dependency_line, split
 
 # Options with a folder or a file as their value.
-FOLDERS = ("--target-dir", "--program", "--pictures")
+FOLDERS = ("--target-dir", "--program", "--pictures", "--images")
 UNCOMMITTED = " with uncommitted changes"
 # What decides the scenes that the embedded models make of texts, and of images.
 SCENES_OF_TEXTS = (

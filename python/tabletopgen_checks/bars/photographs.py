@@ -1,11 +1,11 @@
 """Annotated photographs: what of them is in their scenes, what it is called, and what carries it.
 
     PYTHONPATH=python python3 -m tabletopgen_checks.bars.photographs [--target-dir target] \\
-        [--pictures ../shared/photographs] [--half both]
+        [--images ../shared/photographs] [--half both]
 
-The folder has images and an `annotations.json`: by file name `objects`, each with a `label`, its box (`bbox_px`), and the
-label of what carries it (`on`, "table" for the top). It is no part of the program. An object counts as found where the
-box of an object of the scene overlaps its box by one half (intersection over union). A name is right where
+The folder has images and an `annotations.json`: by file name `objects`, each with a `label`, its box (`bbox_px`), and
+the label of what carries it (`on`, "table" for the top). It is no part of the program. An object counts as found where
+the box of an object of the scene overlaps its box by one half (intersection over union). A name is right where
 `photograph_names.json` has its category for the label. Half of the images, drawn at random, is for work; what is chosen
 on them is scored on the other half.
 """
@@ -25,16 +25,16 @@ from tabletopgen_checks.scene.generation import generate
 DEPENDS_ON = SCENES_OF_IMAGES
 NAMES = Path(__file__).with_name("photograph_names.json")
 SEED_OF_HALVES = 58
-#: Promises: recall, precision, share of found objects that have a name, of names that are right, of carried objects that
-#: have the right support.
+#: Promises: recall, precision, share of found objects that have a name, of names that are right, of carried objects
+#: that have the right support.
 PROMISED = 0.75, 0.8, 0.5, 0.85, 0.8
 
 
 def main() -> bool:
-    given = arguments(__doc__, pictures=ROOT.parent / "shared" / "photographs", half="both")
-    listed = given.pictures / "annotations.json"
+    given = arguments(__doc__, images=ROOT.parent / "shared" / "photographs", half="both")
+    listed = given.images / "annotations.json"
     if not listed.is_file():
-        raise Problem(f"there are no annotated images: {listed} is missing; name their folder with --pictures")
+        raise Problem(f"there are no annotated images: {listed} is missing; name their folder with --images")
     annotated, right = (json.loads(path.read_text("utf-8")) for path in (listed, NAMES))
     for_work = set(random.Random(SEED_OF_HALVES).sample(sorted(annotated), len(annotated) // 2))
     halves = {"work": sorted(for_work), "held": sorted(set(annotated) - for_work)}
@@ -93,7 +93,7 @@ class Photograph:
         folder = given.work / "photographs" / self.name
         print(f"{self.name} ...", flush=True)
         try:
-            made = generate(given.binary, folder, given.pictures / name, seed=1)
+            made = generate(given.binary, folder, given.images / name, seed=1)
         except Problem as problem:
             self.reason = str(problem).splitlines()[-1].strip()
             return

@@ -3,10 +3,11 @@
 //!
 //! [`synthesize`] maps a split and a number to a [`SyntheticImage`]. The table has a random shape and finish
 //! ([`table`]). Up to seventeen objects come from the catalog or are composed of primitives ([`object`],
-//! [`composite`]). They stand beside, on and in each other ([`arrangement`]). Furniture, arms and mats are no objects of
-//! the table ([`surroundings`]). The camera ([`viewpoint`]), backdrop ([`backdrop`]) and light ([`illumination`]) are random, and so is the image quality ([`image_degradation`]). The
-//! goal is variety: a network trained on these images must detect any object on any table top. Half of the images show
-//! a table of the catalog or a room of the renderer, as the previews of scenes do.
+//! [`composite`]). They stand beside, on and in each other ([`arrangement`]). Furniture, arms and mats around them are
+//! no objects of the table ([`surroundings`]). The camera ([`viewpoint`]), backdrop ([`backdrop`]) and light
+//! ([`illumination`]) are random, and so is the image quality ([`image_degradation`]). The goal is variety: a network
+//! trained on these images must detect any object on any table top. Half of the images show a table of the catalog or a
+//! room of the renderer, as the previews of scenes do.
 //!
 //! [`synthesize_close_up`] shows one object large, to train networks that name objects.
 //!

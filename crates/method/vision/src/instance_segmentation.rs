@@ -132,10 +132,7 @@ pub fn read_with_network(
     let whole_mask = |bits: &[bool]| pixels.upscale_mask(bits, width_px, height_px);
     let left_out = left_out.iter().map(|mask| whole_mask(mask.bits())).collect();
     let table = table(&top, &whole, &pixels);
-    let bare: Vec<bool> = bare_top.map_or(Vec::new(), |top| top.cells(&maps));
-    let is_bare =
-        |index: usize| cell_at(&maps, &pixels, index).is_some_and(|cell| bare.get(cell) == Some(&true));
-    let bare_top = whole_mask(&(0..pixels.len()).map(is_bare).collect::<Vec<_>>());
+    let bare_top = whole_mask(&shows_top(bare_top.as_ref(), &maps, &pixels));
     Ok(ImageReading { camera, table, objects, left_out, unread: whole_mask(&unread), bare_top })
 }
 
@@ -168,6 +165,13 @@ impl Carried {
         }
         all
     }
+}
+
+/// Pixels of the copy that show the bare top.
+fn shows_top(bare_top: Option<&BareTop>, maps: &Maps, pixels: &Pixels) -> Vec<bool> {
+    let Some(bare_top) = bare_top else { return vec![false; pixels.len()] };
+    let cells = bare_top.cells(maps);
+    (0..pixels.len()).map(|index| cell_at(maps, pixels, index).is_some_and(|cell| cells[cell])).collect()
 }
 
 /// Pixels of the copy that show an object or another surface beyond the bare top, and none of the objects on the table

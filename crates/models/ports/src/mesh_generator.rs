@@ -27,7 +27,7 @@ pub struct TableRequest {
     pub photograph: Option<TablePhotograph>,
 }
 
-/// What a photograph shows of a table.
+/// A photograph of a table.
 #[derive(Clone)]
 pub struct TablePhotograph {
     pub image: Arc<Image>,

@@ -55,7 +55,7 @@ def default_action_mode(name: str) -> str:
 
 
 def digest_of_policy(name: str) -> str | None:
-    """The digest of the files that make a policy, so that a rollout is continued with no other one. A server has none."""
+    """The digest of the files that make a policy, so that a rollout continues with no other. A server has none."""
     if name.startswith(LEROBOT):
         return digest_of_folder(Path(name.removeprefix(LEROBOT)))
     if name.startswith(RECORDED):

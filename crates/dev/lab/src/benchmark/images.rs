@@ -49,7 +49,7 @@ pub struct ImageBench {
     pub single_view: SingleViewSettings,
     /// The parser of texts beside the images; `None` = images without texts.
     pub text_parser: Option<TextParserSettings>,
-    /// Whether the reader is told the field of view of each image's camera.
+    /// Whether the reader gets the field of view of each image's camera.
     pub with_intrinsics: bool,
 }
 

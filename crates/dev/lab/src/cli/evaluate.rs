@@ -53,7 +53,7 @@ pub struct Arguments {
     /// Images: also give each image a text that lists its objects, and count the labels with and without it
     #[arg(long)]
     with_text: bool,
-    /// Images: also tell the reader the field of view of each image's camera
+    /// Images: also give the reader the field of view of each image's camera
     #[arg(long)]
     with_intrinsics: bool,
     /// Folder for SET.md and SET.json, or one of these files; the other is written beside it

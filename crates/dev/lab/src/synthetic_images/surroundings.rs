@@ -123,7 +123,7 @@ fn furniture(split: Split, table: &Table, azimuth_rad: f64, rng: &mut Rng) -> Ve
 }
 
 /// A color of furniture.
-fn paint(name: &str, rng: &mut Rng) -> Material {
+fn coating(name: &str, rng: &mut Rng) -> Material {
     let color = pick(rng, &[wood_color, pale, any_color])(rng);
     Material::plain(name, color, uniform(rng, 0.3, 0.8) as f32)
 }
@@ -132,19 +132,19 @@ fn paint(name: &str, rng: &mut Rng) -> Material {
 fn cabinet(rng: &mut Rng) -> Arc<TexturedMesh> {
     let size = DVec3::new(uniform(rng, 0.25, 1.4), uniform(rng, 0.25, 0.6), uniform(rng, 0.3, 1.9));
     let mut mesh = TexturedMesh::default();
-    let body = paint("body", rng);
+    let body = coating("body", rng);
     mesh.add(block(size), &body);
     if chance(rng, 0.7) {
         let (front, handle) =
-            (if chance(rng, 0.5) { body } else { paint("front", rng) }, paint("handle", rng));
+            (if chance(rng, 0.5) { body } else { coating("front", rng) }, coating("handle", rng));
         let (columns, rows) = (rng.random_range(1..4), rng.random_range(1..6));
         let cell = DVec2::new(size.x / f64::from(columns), size.z / f64::from(rows));
         for (column, row) in (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r))) {
             let (x, z) = ((f64::from(column) + 0.5) * cell.x - 0.5 * size.x, f64::from(row) * cell.y);
             let board = block(DVec3::new(0.94 * cell.x, 0.02, 0.9 * cell.y));
             mesh.add(board.translated(DVec3::new(x, -0.5 * size.y, z + 0.05 * cell.y)), &front);
-            let knob = block(DVec3::new(0.3 * cell.x.min(0.3), 0.03, 0.015));
-            mesh.add(knob.translated(DVec3::new(x, -0.5 * size.y - 0.02, z + 0.7 * cell.y)), &handle);
+            let grip = block(DVec3::new(0.3 * cell.x.min(0.3), 0.03, 0.015));
+            mesh.add(grip.translated(DVec3::new(x, -0.5 * size.y - 0.02, z + 0.7 * cell.y)), &handle);
         }
     }
     Arc::new(mesh)
@@ -153,7 +153,7 @@ fn cabinet(rng: &mut Rng) -> Arc<TexturedMesh> {
 /// A chair whose front is -y.
 fn chair(rng: &mut Rng) -> Arc<TexturedMesh> {
     let (wide, seat_m, back_m) = (uniform(rng, 0.38, 0.52), uniform(rng, 0.4, 0.5), uniform(rng, 0.35, 0.6));
-    let (frame, cushion) = (paint("frame", rng), paint("seat", rng));
+    let (frame, cushion) = (coating("frame", rng), coating("seat", rng));
     let mut mesh = TexturedMesh::default();
     let seat = rounded_block(DVec3::new(wide, wide, 0.05), 0.04, 0.01);
     mesh.add(seat.translated(DVec3::new(0.0, 0.0, seat_m)), &cushion);

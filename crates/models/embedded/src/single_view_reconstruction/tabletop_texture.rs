@@ -1,5 +1,5 @@
-//! Texture of a tabletop from a photograph: the image rectified onto the plane of the top. What covers the top is filled
-//! in from what shows of it. The light of the image stays in the texture, as on objects.
+//! Texture of a tabletop from a photograph: the image rectified onto the plane of the top. Where the top is covered, it
+//! is filled in from what shows of it. The light of the image stays in the texture, as on objects.
 
 use std::collections::HashMap;
 
@@ -21,7 +21,7 @@ const MATERIAL: &str = "tabletop_photograph";
 const MIN_SHOWN: f64 = 0.15;
 /// Strip along the edge of the top that may show what is beside it, as a share of the top's shorter side.
 const UNSURE_EDGE: f64 = 0.02;
-/// Surroundings of objects that are mixed with them or lie in their contact shadow, as a share of the image's longer side.
+/// Surroundings of objects that are mixed with them or lie in their contact shadow, a share of the image's longer side.
 const UNSURE_RIM: f32 = 0.006;
 /// Largest distance of the top's faces from its plane, meters.
 const FLATNESS_M: f64 = 1e-4;
