@@ -95,7 +95,8 @@ class Photograph:
         try:
             made = generate(given.binary, folder, given.images / name, seed=1)
         except Problem as problem:
-            self.reason = str(problem).splitlines()[-1].strip()
+            # Without the path of the image, which is that of a machine.
+            self.reason = str(problem).splitlines()[-1].split(" gave no scene: ")[-1].strip()
             return
         self.seconds = made.seconds
         scene, report = (json.loads((folder / file).read_text("utf-8")) for file in ("scene.json", "report.json"))
