@@ -25,7 +25,7 @@ use crate::{api, webhooks, worker};
 use embedded::image_generator::ImageGeneratorSettings;
 use embedded::layout::LayoutSettings;
 use embedded::mesh_generator::MeshSettings;
-use embedded::single_view_reconstruction::SizeSettings;
+use embedded::single_view_reconstruction::PhotographSettings;
 use embedded::text_parser;
 use export::ExportSettings;
 use geometry::decompose::DecomposeSettings;
@@ -70,7 +70,7 @@ pub struct Config {
     pub layout: LayoutSettings,
     pub image_generator: ImageGeneratorSettings,
     pub mesh_generator: MeshSettings,
-    pub photograph: SizeSettings,
+    pub photograph: PhotographSettings,
     pub category_fit: CategoryFitSettings,
     pub descriptor: DescriptorSettings,
     pub render: RenderSettings,

@@ -39,7 +39,7 @@ pub struct TableNetwork {
     across: Vec<Convolution>,
     up: Vec<Block>,
     maps: Convolution,
-    known: PretrainedFeatures,
+    pretrained: PretrainedFeatures,
 }
 
 /// Outputs of some blocks of the pretrained encoder, and the convolutions that lead them to the last levels.
@@ -99,7 +99,7 @@ impl TableNetwork {
         });
         let maps = reader.convolution("maps", widths[0], 1)?.with_outputs(MAP_CHANNELS, "maps.weight")?;
         Ok(Self {
-            known: PretrainedFeatures::read(&reader, encoder, widths)?,
+            pretrained: PretrainedFeatures::read(&reader, encoder, widths)?,
             across: across.collect::<Result<_, _>>()?,
             up: levels.map(|k| reader.block(&format!("up.{k}"), widths[k])).collect::<Result<_, _>>()?,
             spread: reader.convolution("spread", widest, 1)?.with_outputs(widest, "spread.weight")?,
@@ -124,14 +124,14 @@ impl TableNetwork {
         cancel: &CancelFlag,
     ) -> Result<RawMaps, NetworkError> {
         let mut x = Tensor::from_slice(rgb, (1, 3, height_px, width_px), &Device::Cpu)?;
-        let known = self.known.of(rgb, width_px, height_px)?;
-        let first_known = self.down.len() - known.len();
+        let features = self.pretrained.of(rgb, width_px, height_px)?;
+        let first_level = self.down.len() - features.len();
         let mut skips = Vec::new();
         for (level, (down, blocks)) in self.down.iter().zip(&self.blocks).enumerate() {
             cancel.check()?;
             x = down.forward(&x)?;
-            if level >= first_known {
-                x = (x + &known[level - first_known])?;
+            if level >= first_level {
+                x = (x + &features[level - first_level])?;
             }
             x = x.relu()?;
             for block in blocks {

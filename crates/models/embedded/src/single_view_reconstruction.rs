@@ -35,14 +35,14 @@ use vision::category_fit::CategoryFitSettings;
 /// Settings of the single-view reconstruction.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct SingleViewSettings {
-    pub sizes: SizeSettings,
+    pub sizes: PhotographSettings,
     pub naming: CategoryFitSettings,
 }
 
 /// Section `[photograph]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
-pub struct SizeSettings {
+pub struct PhotographSettings {
     /// Assumed height of a table, meters, 0.4..1.0. It sets the scale if the feet are visible and no other scale
     /// is known.
     pub table_height_m: f64,
@@ -54,7 +54,7 @@ pub struct SizeSettings {
     pub texture_px: u32,
 }
 
-impl SizeSettings {
+impl PhotographSettings {
     /// The field of view, if it is known.
     pub fn known_field_of_view_rad(&self) -> Option<f64> {
         (self.field_of_view_rad > 0.0).then_some(self.field_of_view_rad)

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use glam::{DVec2, Vec2};
 
 use super::neighboring_texture;
-use super::top_view::{rectified, view_of};
+use super::top_view::{mask_of, rectified, view_of};
 use catalog::BuiltTable;
 use geometry::{FaceGroup, Material, Outline, TexturedMesh};
 use imaging::distance_transform::distance_transform;
@@ -51,16 +51,13 @@ fn texture(
 ) -> Result<Option<Image>, Cancelled> {
     let TablePhotograph { image, camera, bare_top } = photograph;
     let mut top = rectified(image, camera, view, cancel)?;
+    let (width, height) = (view.width_px as usize, view.height_px as usize);
     let others: Vec<bool> = bare_top.bits().iter().map(|is_bare| !is_bare).collect();
     let to_others = distance_transform(&others, image.width_px() as usize, image.height_px() as usize);
     let rim_px = UNSURE_RIM * image.width_px().max(image.height_px()) as f32;
-    let (low, high) = outline.bounds();
-    let unsure_m = UNSURE_EDGE * (high - low).min_element();
-    let world = |index: usize| {
-        let (x, y) = (index % view.width_px as usize, index / view.width_px as usize);
-        view.world_from_pixel(DVec2::new(x as f64 + 0.5, y as f64 + 0.5))
-    };
-    let shows = |p: DVec2| {
+    let shows = |index: usize| {
+        let (x, y) = (index % width, index / width);
+        let p = view.world_from_pixel(DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
         let Some((pixel, _)) = camera.project(p.extend(0.0)) else { return false };
         let inside = pixel.x >= 0.0
             && pixel.y >= 0.0
@@ -68,13 +65,21 @@ fn texture(
             && pixel.y < f64::from(image.height_px());
         inside && to_others[pixel.y as usize * image.width_px() as usize + pixel.x as usize] > rim_px
     };
-    let count = (view.width_px * view.height_px) as usize;
-    let depths: Vec<f64> = (0..count).map(|index| outline.depth_inside_m(world(index))).collect();
+    let inside = mask_of(outline, view);
+    let outside: Vec<bool> = inside.bits().iter().map(|inside| !inside).collect();
+    let to_outside_px = distance_transform(&outside, width, height);
+    // The texture ends where the top is widest.
+    let to_edge_px = |index: usize| {
+        let (x, y) = (index % width, index / width);
+        let to_border = (x + 1).min(width - x).min(y + 1).min(height - y);
+        to_outside_px[index].min(to_border as f32)
+    };
+    let (low, high) = outline.bounds();
+    let unsure_px = (UNSURE_EDGE * (high - low).min_element() / view.meters_per_px) as f32;
     let visible: Vec<bool> =
-        (0..count).map(|index| depths[index] > unsure_m && shows(world(index))).collect();
-    let area = depths.iter().filter(|depth_m| **depth_m > 0.0).count();
+        (0..width * height).map(|index| to_edge_px(index) > unsure_px && shows(index)).collect();
     let shown = visible.iter().filter(|visible| **visible).count();
-    if (shown as f64) < MIN_SHOWN * area as f64 {
+    if (shown as f64) < MIN_SHOWN * inside.area_px() as f64 {
         return Ok(None);
     }
     // Beyond the edge, too: mip levels mix what is beside it.

@@ -20,8 +20,12 @@ use scene::request::{MetricAnchor, RequestOptions};
 use scene::{RecognizedObject, TableShape};
 
 fn settings() -> SingleViewSettings {
-    let sizes =
-        SizeSettings { table_height_m: 0.74, field_of_view_rad: 0.0, top_view_px: 512, texture_px: 512 };
+    let sizes = PhotographSettings {
+        table_height_m: 0.74,
+        field_of_view_rad: 0.0,
+        top_view_px: 512,
+        texture_px: 512,
+    };
     SingleViewSettings { sizes, naming: test_settings::section("category_fit") }
 }
 

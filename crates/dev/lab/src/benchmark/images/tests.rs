@@ -8,7 +8,7 @@ use super::report::summary;
 use super::score::score;
 use super::*;
 use crate::synthetic_images::TableShape;
-use embedded::single_view_reconstruction::SizeSettings;
+use embedded::single_view_reconstruction::PhotographSettings;
 use imaging::Mask;
 use vision::table_network::DensePredictor;
 use vision::table_network::frame::ImageCrop;
@@ -154,7 +154,7 @@ fn perfect_maps_yield_high_recall_and_precision() {
         reader: Reader::PerfectMaps(test_settings::section_without("network", &["weights"])),
         network: ReadingNetwork::built_in(test_settings::section_without("network", &["weights"])),
         single_view: SingleViewSettings {
-            sizes: SizeSettings {
+            sizes: PhotographSettings {
                 table_height_m: 0.74,
                 field_of_view_rad: 0.0,
                 top_view_px: 512,
