@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from tabletopgen._sync.connection import digest_of
 from tabletopgen.env.folder_digest import digest_of_folder
 from tabletopgen.env.lerobot_policy import LeRobotPolicy
 from tabletopgen.env.policy import Description, Policy
@@ -59,12 +60,12 @@ def digest_of_policy(name: str) -> str | None:
     if name.startswith(LEROBOT):
         return digest_of_folder(Path(name.removeprefix(LEROBOT)))
     if name.startswith(RECORDED):
-        return hashlib.sha256((RecordedDataset(name.removeprefix(RECORDED)).folder / RECORDS).read_bytes()).hexdigest()
+        return digest_of(RecordedDataset(name.removeprefix(RECORDED)).folder / RECORDS)
     if name.startswith(SERVERS) or name == RANDOM:
         return None
     function_of(name)
     path = module_of(name.rpartition(":")[0]).__file__
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest() if path is not None else None
+    return digest_of(Path(path)) if path is not None else None
 
 
 def function_of(name: str) -> Callable[[Description], Any]:
