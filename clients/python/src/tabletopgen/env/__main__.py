@@ -6,12 +6,16 @@
     python -m tabletopgen.env envhub FOLDER --repository ME/NAME --out PACKAGE
     python -m tabletopgen.env rollout FOLDER [FOLDER ...] --policy POLICY --out ROLLOUT
     python -m tabletopgen.env replay ROLLOUT EPISODE
+    python -m tabletopgen.env sensitivity ROLLOUT [ROLLOUT ...] --out FOLDER
+    python -m tabletopgen.env counterexamples FOLDER --scene BUNDLE --policy POLICY --out SEARCH
 
 `prepare` writes the folder of an environment. `check` moves the objects by script from each start, and ends with exit
 code 1 where the task is broken. `repeat` repeats the recorded actions. Both print one line of JSON for each start.
 `envhub` writes the files of a repository for LeRobot's EnvHub. `rollout` runs a policy for many episodes and counts
 its successes; it prints a line of JSON for each, and then the count. `replay` runs one of them again, and ends with
-exit code 1 where it is not the same.
+exit code 1 where it is not the same. `sensitivity` names the factors that explain failures.
+`counterexamples` searches for the smallest changes of a scene that make a policy fail, and prints a line of JSON for
+each scene that it makes.
 """
 
 from __future__ import annotations
@@ -26,6 +30,8 @@ from pathlib import Path
 from typing import Any
 
 from tabletopgen.env.control import CONTROLS
+from tabletopgen.env.counterexample_axes import AXES
+from tabletopgen.env.counterexamples import counterexamples
 from tabletopgen.env.envhub import write_package
 from tabletopgen.env.expert import Expert
 from tabletopgen.env.folder import EnvironmentFolder
@@ -34,6 +40,7 @@ from tabletopgen.env.recorded_dataset import RecordedDataset
 from tabletopgen.env.rollout import rollout
 from tabletopgen.env.rollout_replay import replay
 from tabletopgen.env.scene_env import SceneEnv
+from tabletopgen.env.sensitivity import sensitivity
 from tabletopgen.env.task_check import TaskCheck
 from tabletopgen.errors import TabletopgenError
 
@@ -69,10 +76,15 @@ def parser() -> argparse.ArgumentParser:
     published.add_argument("--repository", required=True, help="the name that it is to have on the Hub")
     published.add_argument("--out", type=Path, required=True)
     add_rollout(commands)
+    add_search(commands)
     replayed = commands.add_parser("replay", help="run an episode of a rollout again by its recorded actions")
     replayed.add_argument("rollout", type=Path, help="the folder of --out of `rollout`")
     replayed.add_argument("episode", type=int)
     replayed.add_argument("--environment", type=Path, help="where the episode's environment lies now, if it was moved")
+    explained = commands.add_parser("sensitivity", help="which factors explain where rollouts fail")
+    explained.add_argument("rollouts", type=Path, nargs="+", metavar="rollout", help="folders of --out of `rollout`, of one policy")
+    explained.add_argument("--out", type=Path, required=True, help="a folder for the report; earlier ones are written over")
+    explained.add_argument("--seed", type=int, default=0, help="of shuffles and of the parts that models leave out")
     return described
 
 
@@ -80,22 +92,41 @@ def add_rollout(commands: Any) -> None:
     """The arguments of `rollout`."""
     rolled = commands.add_parser("rollout", help="run episodes of a policy")
     rolled.add_argument("environments", type=Path, nargs="+", metavar="folder", help="folders that `prepare` wrote")
-    rolled.add_argument(
+    rolled.add_argument("--episodes", type=int, help="in all environments together; each start once if absent")
+    rolled.add_argument("--workers", type=int, default=1, help="processes")
+    rolled.add_argument("--videos", type=int, default=0, help="the first so many episodes as animated images")
+    rolled.add_argument("--seed", type=int, default=0, help="of the order of starts, and of what policies draw by chance")
+    add_policy(rolled)
+
+
+def add_search(commands: Any) -> None:
+    """The arguments of `counterexamples`."""
+    searched = commands.add_parser("counterexamples", help="search for scenes in which a policy fails")
+    searched.add_argument("environment", type=Path, metavar="folder", help="a folder that `prepare` wrote of the scene")
+    searched.add_argument("--scene", type=Path, required=True, help="the folder of the bundle that is changed")
+    searched.add_argument("--scenes", type=int, default=100, help="scenes that are made, refused ones among them")
+    searched.add_argument("--draws", type=int, default=0, help="new starts in the scene as it is, before scenes are made")
+    searched.add_argument("--randomize", default="wide", help="of these starts: usual, wide, or a file with amplitudes")
+    searched.add_argument("--vary", default="", help=f"axes with commas between, all if absent: {', '.join(AXES)}")
+    searched.add_argument("--episodes", type=int, default=1, help="in each scene; the policy fails where less than half succeed")
+    searched.add_argument("--seed", type=int, default=0, help="of edits, recordings, the search, and what policies draw by chance")
+    add_policy(searched)
+
+
+def add_policy(command: Any) -> None:
+    """The arguments of a policy, and of how it acts."""
+    command.add_argument(
         "--policy",
         required=True,
         help="random, recorded:DATASET, lerobot:FOLDER, ws://HOST:PORT, MODULE:FUNCTION or path/file.py:FUNCTION",
     )
-    rolled.add_argument("--out", type=Path, required=True, help="a folder; the same command continues what is in it")
-    rolled.add_argument("--episodes", type=int, help="in all environments together; each start once if absent")
-    rolled.add_argument("--workers", type=int, default=1, help="processes")
-    rolled.add_argument("--seed", type=int, default=0, help="of the order of starts, and of what policies draw by chance")
-    rolled.add_argument("--videos", type=int, default=0, help="the first so many episodes as animated images")
-    rolled.add_argument("--action-mode", choices=CONTROLS, help="joint; for LeRobot recorded")
-    rolled.add_argument("--no-images", dest="images", action="store_false", help="leave cameras out of observations")
-    rolled.add_argument("--object-poses", action="store_true", help="observe the poses of objects")
-    rolled.add_argument("--chunk", type=int, help="actions that are carried out of each answer of a server; all if absent")
-    rolled.add_argument("--max-duration", type=float, dest="max_duration_s", help="seconds after which an episode ends")
-    rolled.add_argument("--rename", action="append", default=[], metavar="NAME=OTHER", help="give an observation another name")
+    command.add_argument("--out", type=Path, required=True, help="a folder; the same command continues what is in it")
+    command.add_argument("--action-mode", choices=CONTROLS, help="joint; for LeRobot recorded")
+    command.add_argument("--no-images", dest="images", action="store_false", help="leave cameras out of observations")
+    command.add_argument("--object-poses", action="store_true", help="observe the poses of objects")
+    command.add_argument("--chunk", type=int, help="actions that are carried out of each answer of a server; all if absent")
+    command.add_argument("--max-duration", type=float, dest="max_duration_s", help="seconds after which an episode ends")
+    command.add_argument("--rename", action="append", default=[], metavar="NAME=OTHER", help="give an observation another name")
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -107,6 +138,8 @@ def main(words: Sequence[str] | None = None) -> int:
         "envhub": envhub,
         "rollout": rolled_out,
         "replay": replayed,
+        "sensitivity": explained,
+        "counterexamples": searched,
     }
     try:
         return run[given.pop("command")](**given)
@@ -157,16 +190,21 @@ def envhub(folder: Path, repository: str, out: Path) -> int:
 
 
 def rolled_out(environments: list[Path], rename: list[str], out: Path, **given: Any) -> int:
-    names = dict(pair.split("=", 1) for pair in rename if "=" in pair)
-    if len(names) < len(rename):
-        raise ValueError(f"--rename takes NAME=OTHER, each NAME once, not {' '.join(rename)}")
     try:
-        found = rollout(environments, out=out, rename=names, finished=print_finished, **given)
+        found = rollout(environments, out=out, rename=renamed(rename), finished=print_finished, **given)
     except KeyboardInterrupt:
         print(f"stopped; finished episodes are kept in {out}, and the same command continues", file=sys.stderr)
         return STOPPED
     print(json.dumps({**found["overall"], "out": str(out)}))
     return 0
+
+
+def renamed(pairs: Sequence[str]) -> dict[str, str]:
+    """Names of observations and what they are called instead."""
+    names = dict(pair.split("=", 1) for pair in pairs if "=" in pair)
+    if len(names) < len(pairs):
+        raise ValueError(f"--rename takes NAME=OTHER, each NAME once, not {' '.join(pairs)}")
+    return names
 
 
 def print_finished(record: Mapping[str, Any]) -> None:
@@ -179,6 +217,29 @@ def replayed(**given: Any) -> int:
     found = replay(**given)
     print(json.dumps(found))
     return int(not found["equal"])
+
+
+def explained(out: Path, **given: Any) -> int:
+    found = sensitivity(out=out, **given)
+    print(json.dumps({"named": found["named"], "episodes": found["overall"]["episodes"], "out": str(out)}))
+    return 0
+
+
+def searched(vary: str, rename: list[str], out: Path, **given: Any) -> int:
+    axes = [name for name in vary.split(",") if name]
+    try:
+        found = counterexamples(out=out, vary=axes, rename=renamed(rename), finished=print_scene, **given)
+    except KeyboardInterrupt:
+        print(f"stopped; finished scenes are kept in {out}, and the same command continues", file=sys.stderr)
+        return STOPPED
+    print(json.dumps({"scenes": found["scenes"], **found["outcomes"], "out": str(out)}))
+    return 0
+
+
+def print_scene(record: Mapping[str, Any]) -> None:
+    """Prints what a scene came to."""
+    names = ("scene", "outcome", "change", "distance", "reason")
+    print(json.dumps({name: record[name] for name in names if name in record}), flush=True)
 
 
 if __name__ == "__main__":

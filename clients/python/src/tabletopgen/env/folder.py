@@ -12,7 +12,7 @@ import json
 import re
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from tabletopgen.env.cameras import Camera
 from tabletopgen.env.judge import MANIFEST, judged_files
 from tabletopgen.env.recorded_dataset import RecordedDataset
 from tabletopgen.env.robot import RobotNames
-from tabletopgen.env.start import Start
+from tabletopgen.env.start import ADDED, AS_DESCRIBED, CameraStart, Start
 
 FORMAT = "tabletopgen-environment/1"
 DESCRIPTION, STARTS, MJCF, SCENE = "environment.json", "starts.jsonl", "mjcf", "scene"
@@ -76,7 +76,37 @@ def write_environment(folder: Path, bundle: Path, execution: Path, dataset: Reco
     """Writes the folder of the task of an execution, with the starts of all episodes of that task in a dataset."""
     report = json.loads((execution / "execution.json").read_text(encoding="utf-8"))
     motion = json.loads((execution / "trajectory.json").read_text(encoding="utf-8"))
-    names, task = robot_names(report["execution"], motion), report["task"]
+    shutil.copytree(execution / "mjcf", folder / MJCF, dirs_exist_ok=True)
+    return described(folder, bundle, robot_names(report["execution"], motion), motion["objects"], report["task"], dataset)
+
+
+def write_environment_like(
+    folder: Path, bundle: Path, like: EnvironmentFolder, dataset: RecordedDataset, deviation: CameraStart | None = AS_DESCRIBED
+) -> EnvironmentFolder:
+    """Writes the folder of the same task in another bundle. The robot's files are those of the environment that it is
+    like, and so are the cameras, which all deviate alike in each start; the dataset needs none. Without a deviation,
+    cameras are those of the dataset, and deviate as in its episodes."""
+    shutil.copytree(bundle / MJCF, folder / MJCF, dirs_exist_ok=True)
+    for path in (like.folder / MJCF).iterdir():
+        if path.is_file() and not (folder / MJCF / path.name).exists():
+            shutil.copyfile(path, folder / MJCF / path.name)
+    drawn = [one["name"] for one in dataset.entries[0]["record"]["sample"]["objects"]]
+    objects = [name for name in drawn if not name.startswith(ADDED)]
+    cameras = [(camera, deviation) for camera in like.cameras] if deviation is not None else None
+    return described(folder, bundle, like.robot, objects, like.task, dataset, cameras)
+
+
+def described(
+    folder: Path,
+    bundle: Path,
+    names: RobotNames,
+    objects: Sequence[str],
+    task: Mapping[str, Any],
+    dataset: RecordedDataset,
+    cameras: Sequence[tuple[Camera, CameraStart]] | None = None,
+) -> EnvironmentFolder:
+    """Writes all but the files of MJCF, which are there. `cameras` are taken in place of those of the dataset, with
+    how they deviate in each start."""
     entries = [entry for entry in dataset.entries if entry["record"]["task"]["goal"] == task["goal"]]
     if not entries:
         instructions = sorted({entry["task"] for entry in dataset.entries})
@@ -84,23 +114,23 @@ def write_environment(folder: Path, bundle: Path, execution: Path, dataset: Reco
     first = entries[0]["record"]
     if first["task"]["robot"] != names.name:
         raise ValueError(f"{dataset.folder} was recorded with the robot {first['task']['robot']!r}, not with {names.name!r}")
-    folder.mkdir(parents=True, exist_ok=True)
-    shutil.copytree(execution / "mjcf", folder / MJCF, dirs_exist_ok=True)
     stand_at(scene_with_robot(folder / MJCF), first["world_from_base"])
     for path in (*judged_files(bundle), MANIFEST):
         target = folder / SCENE / path
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(bundle / path, target)
     starts = [start_of(dataset, entry, len(names.joints)) for entry in entries]
+    if cameras is not None:
+        starts = [replace(start, cameras=tuple(deviation for _, deviation in cameras)) for start in starts]
     lines = [json.dumps(start.to_json()) + "\n" for start in starts]
     (folder / STARTS).write_text("".join(lines), encoding="utf-8")
     document = {
         "format": FORMAT,
         "task": task,
         "robot": asdict(names),
-        "objects": motion["objects"],
+        "objects": list(objects),
         "fps": first["fps"],
-        "cameras": first["cameras"],
+        "cameras": first["cameras"] if cameras is None else [asdict(camera) for camera, _ in cameras],
     }
     (folder / DESCRIPTION).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     return EnvironmentFolder.read(folder)

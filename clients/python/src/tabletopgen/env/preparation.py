@@ -105,9 +105,18 @@ def locked(path: Path) -> Iterator[None]:
 
 def run(*words: object, accepted: Sequence[int] = (0,)) -> str:
     """The output of a command of the program."""
+    return completed(*words, accepted=accepted).stdout
+
+
+def completed(*words: object, accepted: Sequence[int] = (0,)) -> subprocess.CompletedProcess[str]:
+    """A command of the program that ended with one of these exit codes."""
     command = [str(word) for word in (program(), *words)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode not in accepted:
-        said = done.stderr.strip() or done.stdout.strip()
-        raise PreparationError(f"`{' '.join(command)}` ended with exit code {done.returncode}: {said[-2000:]}")
-    return done.stdout
+        raise PreparationError(f"`{' '.join(command)}` ended with exit code {done.returncode}: {complaint(done)}")
+    return done
+
+
+def complaint(done: subprocess.CompletedProcess[str]) -> str:
+    """What a command said about its failure."""
+    return (done.stderr.strip() or done.stdout.strip())[-2000:]

@@ -41,7 +41,7 @@ def rollout(
     if workers < 1:
         raise ValueError(f"{workers} workers run nothing; give 1 or more")
     request, folder = Request.of(environments, policy, **asked), RolloutFolder(out)
-    with folder.held(request):
+    with folder.held(request.document()):
         done = {record["episode"] for record in folder.records()}
         waiting = [episode for episode in episodes(starts_of(request), request.episodes, request.seed) if episode.number not in done]
         try:

@@ -25,6 +25,7 @@ class StartFactors:
         self.env, self.files = env, files
         scene = json.loads((files.scene / SCENE).read_text(encoding="utf-8"))
         self.categories = {instance["name"]: str(instance["category"]) for instance in scene["instances"]}
+        self.sizes_m = {instance["name"]: list(instance["size_m"]) for instance in scene["instances"]}
         self.goal: list[Mapping[str, Any]] = list(files.task["goal"])
         # The goal by categories, so that the same task in other scenes has the same text.
         self.task = ", ".join(self._text(predicate) for predicate in self.goal)
@@ -53,12 +54,17 @@ class StartFactors:
 
     def _object(self, name: str, start: Start) -> dict[str, Any]:
         simulation, drawn = self.env.simulation, start.objects[name]
+        geoms = simulation.geoms[name]
+        # Others are drawn, and touch nothing.
+        touching = [geom for geom in geoms if simulation.model.geom_contype[geom]] or geoms
         return {
             "category": self.categories[name],
             "world_from_object": drawn.world_from_object,
             "mass_kg": float(simulation.model.body_mass[simulation.body[name]]),
-            "friction": float(simulation.model.geom_friction[simulation.geoms[name][0], 0]),
+            "friction": float(simulation.model.geom_friction[touching[0], 0]),
             "tint": list(drawn.tint),
+            "color": self.env.appearance.color(name),
+            "size_m": self.sizes_m[name],
         }
 
     def _moved(self, predicate: Mapping[str, Any], start: Start) -> dict[str, Any]:
@@ -84,6 +90,7 @@ class StartFactors:
         """Numbers of clutter, light, table and cameras."""
         found: dict[str, float | None] = {
             "objects_present": float(len(self.env.simulation.present)),
+            "light_brightness": float(self.env.simulation.model.light(LIGHT).diffuse.mean()),
             "light_brightness_factor": start.light.brightness_factor,
             "light_turn_rad": start.light.turn_rad,
             "light_raise_rad": start.light.raise_rad,

@@ -21,8 +21,6 @@ from tabletopgen.env.policies import default_action_mode, digest_of_policy
 FORMAT = "tabletopgen-rollout/1"
 # What may differ where a rollout is continued: where folders lie now, and versions that change no motion.
 FREE = ("folders", "python", "numpy", "gymnasium")
-# Characters of a value that a message has.
-SHORT = 60
 
 
 @dataclass(frozen=True)
@@ -109,18 +107,6 @@ class Request:
         """The request that such a file has."""
         lists = {name: tuple(document[name]) for name in ("environments", "folders", "digests")}
         return cls(**{**{name: document[name] for name in cls.__dataclass_fields__}, **lists})
-
-
-def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """What of two documents decides episodes and differs, in words."""
-    names = [name for name in {**before, **now} if name not in FREE]
-    return [f"{name}: {short(before.get(name))} before, {short(now.get(name))} now" for name in names if before.get(name) != now.get(name)]
-
-
-def short(value: Any) -> str:
-    """A value in words that fit into a message."""
-    text = str(value)
-    return text if len(text) <= SHORT else f"{text[:SHORT]}..."
 
 
 def names_of(files: Sequence[EnvironmentFolder]) -> list[str]:

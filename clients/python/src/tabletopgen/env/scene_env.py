@@ -75,7 +75,7 @@ class SceneEnv(gymnasium.Env[Observation, Vector]):
         self.metadata = {**type(self).metadata, "render_fps": self.files.fps}
         self.simulation = Simulation(compiled(self.files), self.files.robot, self.files.objects, sleeps=True)
         self.cameras = CameraImages(self.simulation.model, self.files.cameras, self.simulation.robot.tool_site)
-        self._appearance = Appearance(self.simulation.model, self.simulation.geoms)
+        self.appearance = Appearance(self.simulation.model, self.simulation.geoms)
         self._shows_images, self._shows_objects = images and bool(self.files.cameras), object_poses
         self._control: Control = CONTROLS[action_mode](self.simulation, self.step_s)
         self._tracking = Tracking(self.simulation.robot, self.step_s)
@@ -112,7 +112,7 @@ class SceneEnv(gymnasium.Env[Observation, Vector]):
 
     def _begin(self, start: Start) -> None:
         self.cameras.place(start.cameras)
-        self._appearance.begin(start)
+        self.appearance.begin(start)
         self.simulation.begin(start)
         self._judge.begin(start)
         self._watch.begin()

@@ -30,6 +30,10 @@ class CameraStart:
     focal_factor: float
 
 
+# A camera that does not deviate.
+AS_DESCRIBED = CameraStart((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0)
+
+
 @dataclass(frozen=True)
 class LightStart:
     """How the light deviates: about the vertical, in elevation, and in brightness."""
