@@ -14,8 +14,8 @@ use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::parent;
 use super::query::{NoParameters, Parameters, Time};
 use super::scene_body::terms;
-use crate::app::edit_scene::EditOrder;
-use crate::app::edit_scene::Prediction;
+use crate::app::edit_scene::{EditOrder, ParentBundle, Prediction};
+use crate::app::submission::Submission;
 use crate::problem::Problem;
 use crate::schemas::edits::EditOperations;
 use crate::schemas::narrowed_types;
@@ -106,6 +106,23 @@ pub(super) struct ValidatedEdit {
     prediction: Option<Prediction>,
 }
 
+/// The checked edit. Words are read beside the objects of the parent, whose archive is loaded for them alone.
+async fn checked(
+    api: &TenantApi,
+    scene_id: &SceneId,
+    body: EditBody,
+    parent: &ParentBundle,
+) -> Result<Submission, Problem> {
+    let (app, order) = (api.app.clone(), body.order());
+    if order.text.is_none() {
+        return app.check_edit(order, parent, None);
+    }
+    let permit = api.decoders.of(&api.tenant_id).await;
+    let known = parent.clone();
+    let check = move |archive: &[u8]| app.check_edit(order, &known, Some(archive));
+    parent::compute_with(api, scene_id, parent, permit, check).await
+}
+
 /// `POST /scenes/{scene_id}/edits`.
 pub async fn submit(
     api: TenantApi,
@@ -116,7 +133,7 @@ pub async fn submit(
 ) -> Result<Response, Problem> {
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let parent = parent::bundle_of(&api, &scene_id, body.allow_quarantined).await?;
-    let submission = api.app.check_edit(body.order(), &parent)?;
+    let submission = checked(&api, &scene_id, body, &parent).await?;
     enqueue(&api, submission.child_of(scene_id), options).await
 }
 
@@ -129,7 +146,7 @@ pub async fn validate(
 ) -> Result<Response, Problem> {
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let parent = parent::bundle_of(&api, &scene_id, body.allow_quarantined).await?;
-    let submission = api.app.check_edit(body.order(), &parent)?;
+    let submission = checked(&api, &scene_id, body, &parent).await?;
     // One archive in memory for each of a few requests at a time.
     let permit = api.decoders.of(&api.tenant_id).await;
     let (app, request) = (api.app.clone(), submission.request);

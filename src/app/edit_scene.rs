@@ -7,8 +7,10 @@ use super::terms::Terms;
 use super::{App, edit_operations};
 use crate::pipeline;
 use crate::pipeline::error::StageError;
+use crate::pipeline::task_scene::of_archive;
 use crate::problem::{FieldError, Problem, ProblemType};
-use editing::instruction;
+use editing::references::SceneReferents;
+use language::{EnglishNouns, edit};
 pub use pipeline::edit::Prediction;
 use runtime::CancelFlag;
 use scene::{EditOperation, Input, SceneRequest};
@@ -34,18 +36,24 @@ pub struct EditOrder {
 }
 
 impl App {
-    /// Checks an edit of the parent; the result may be enqueued.
+    /// Checks an edit of the parent; the result may be enqueued. An instruction in words is read with the objects of
+    /// the parent's archive: what stands there needs no article. It computes, so it blocks where there is an archive.
     ///
     /// # Errors
     ///
     /// A [`Problem`] with every violation of the order.
-    pub fn check_edit(&self, order: EditOrder, parent: &ParentBundle) -> Result<Submission, Problem> {
+    pub fn check_edit(
+        &self,
+        order: EditOrder,
+        parent: &ParentBundle,
+        archive: Option<&[u8]>,
+    ) -> Result<Submission, Problem> {
         let EditOrder { operations, text, terms } = order;
         let mut errors = terms.errors();
         let (operations, text) = match (operations, text) {
             (Some(items), None) => (edit_operations::read(&items), None),
             (None, Some(text)) => {
-                let (operations, text) = read_text(&text, self.config().server.max_text_chars);
+                let (operations, text) = read_text(&text, self.config().server.max_text_chars, archive);
                 (operations.map_err(|error| vec![error]), text)
             }
             (Some(_), Some(_)) => (Err(one_source("both are there")), None),
@@ -99,13 +107,22 @@ fn one_source(which: &str) -> Vec<FieldError> {
 }
 
 /// The operations of an instruction, and the instruction without surrounding white space.
-fn read_text(text: &str, max_chars: usize) -> (Result<Vec<EditOperation>, FieldError>, Option<String>) {
+fn read_text(
+    text: &str,
+    max_chars: usize,
+    archive: Option<&[u8]>,
+) -> (Result<Vec<EditOperation>, FieldError>, Option<String>) {
     if !text.contains(char::is_alphanumeric) {
         return (Err(FieldError::new("/text", "is empty; say what to change")), None);
     }
     match check_text(text, max_chars) {
         Ok(text) => {
-            let operations = instruction::read(&text);
+            // An archive that cannot be read fails the job, which says why.
+            let scene = archive.and_then(|archive| of_archive(archive).ok());
+            let operations = match &scene {
+                Some(scene) => edit::read(&text, &SceneReferents(scene.tasks.described())),
+                None => edit::read(&text, &EnglishNouns),
+            };
             (operations.map_err(|error| FieldError::new("/text", error.to_string())), Some(text))
         }
         Err(detail) => (Err(FieldError::new("/text", detail.to_string())), None),

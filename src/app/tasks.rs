@@ -12,14 +12,12 @@ use crate::config::Resolved;
 use crate::pipeline::task_scene::BundleScene;
 use crate::problem::{FieldError, Problem, ProblemType};
 use crate::schemas::values::MAX_INTEGER;
-use embedded::analyst;
 use manipulation::execution::{KnownGrasps, Rehearsal};
-use remote::settings::AnalystProvider;
 use robot::model::{Robot, library};
-use scene::request::{MAX_SEED, RequestOptions};
+use scene::request::MAX_SEED;
 use tasks::proposals::{ProposedTask, propose, propose_if};
 use tasks::text::own_task;
-use tasks::{Reading, Refusal, Task, validate};
+use tasks::{Refusal, Task, validate};
 
 /// Proposed tasks of a robot in a scene.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -104,8 +102,7 @@ impl TasksRequest {
 }
 
 impl App {
-    /// Proposes tasks in the scene of an archive, or reads them. The scene's text is read by the embedded parser. It
-    /// computes, so it blocks.
+    /// Proposes tasks in the scene of an archive, or reads them. It computes, so it blocks.
     ///
     /// # Errors
     ///
@@ -188,18 +185,8 @@ pub fn instructed_task(
     resolved: &Resolved,
     watch: Watch,
 ) -> Result<Task, Problem> {
-    let analysts = &resolved.config.providers.analyst;
-    if !analysts.iter().all(|provider| *provider == AnalystProvider::Embedded) {
-        let detail = "a remote model reads texts here (providers.analyst), and it is not asked for tasks; set \
-                      providers.analyst to embedded, or leave the instruction out";
-        return Err(Problem::new(ProblemType::Conflict, "remote_analyst", detail));
-    }
-    let reading = Reading::new(text, &bundle.tasks);
-    let options = RequestOptions::default();
-    let description =
-        analyst::describe(reading.text(), bundle.scene.seed, &options, &resolved.config.analyst)
-            .map_err(|error| Problem::invalid(vec![FieldError::new("/text", error.to_string())]))?;
-    let task = reading.task(&description, known.robot().name()).map_err(|refusal| refused(&refusal))?;
+    let task =
+        tasks::text::task(text, &bundle.tasks, known.robot().name()).map_err(|refusal| refused(&refusal))?;
     let mut limits = limits(known, bundle, &resolved.config)?;
     loop {
         match validate(&task, &bundle.tasks, std::slice::from_ref(&limits)) {

@@ -57,7 +57,8 @@ fn edit(mut arguments: Arguments) -> Result<Exit, Failure> {
     let terms = Terms { seed: arguments.job.seed, options, ..Terms::default() };
     let order = EditOrder { operations, text: arguments.text.clone(), terms };
     let app = App::new(&resolved);
-    let submission = app.check_edit(order, &parent).map_err(|problem| refused(problem, "--text"))?;
+    let submission =
+        app.check_edit(order, &parent, Some(&archive)).map_err(|problem| refused(problem, "--text"))?;
     if arguments.dry_run {
         return predict(&app, &submission, &archive);
     }

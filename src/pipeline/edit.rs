@@ -10,6 +10,7 @@ mod additions;
 mod apply;
 mod draft;
 mod error;
+mod landmarks;
 mod operations;
 pub mod predict;
 mod recolor;

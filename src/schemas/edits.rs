@@ -21,6 +21,8 @@ pub enum EditOperation {
     Relabel(RelabelOperation),
     RestyleTable(RestyleTableOperation),
     Stack(StackOperation),
+    Swap(SwapOperation),
+    Arrange(ArrangeOperation),
     Tidy(TidyOperation),
     Clutter(ClutterOperation),
     Remake(RemakeOperation),
@@ -142,6 +144,31 @@ pub struct StackOperation {
     pub op: String,
     #[schemars(length(min = 1, max = 32))]
     pub targets: Vec<Reference>,
+}
+
+/// Two objects change places: two phrases, or one that means two.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct SwapOperation {
+    #[schemars(extend("const" = "swap"))]
+    pub op: String,
+    #[schemars(length(min = 1, max = 2))]
+    pub targets: Vec<Reference>,
+}
+
+/// Objects in a row or a column: in the order of the phrases, sorted, or as they stand.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub struct ArrangeOperation {
+    #[schemars(extend("const" = "arrange"))]
+    pub op: String,
+    #[schemars(length(min = 1, max = 32))]
+    pub targets: Vec<Reference>,
+    pub arrangement: scene::ArrangedAs,
+    pub sort_by: Option<scene::SortedBy>,
+    /// An edge or a part of the table; where the objects are unless it is given.
+    #[schemars(rename = "where")]
+    pub place: Option<EditPlace>,
 }
 
 /// Objects that stand on the table are aligned with its edges and moved apart.

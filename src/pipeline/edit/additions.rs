@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::error::EditError;
-use super::{Additions, refused, variation};
+use super::{Additions, landmarks, refused, variation};
 use crate::pipeline::checkpoint::{Checkpoints, Stage};
 use crate::pipeline::composition::Composition;
 use crate::pipeline::error::StageError;
@@ -52,7 +52,13 @@ pub(super) async fn make(
     settings: &Arc<Settings>,
 ) -> Result<Additions, StageError> {
     let themes = themes(request, operations, parent, stages).await?;
-    let (text, lines) = listed(operations, &themes, |target| variation::phrase_of(parent, target));
+    let (text, lines) = {
+        let parents = Parents {
+            same_kind: &|target| variation::phrase_of(parent, target),
+            number: &|phrase| landmarks::count(parent, phrase),
+        };
+        listed(operations, &themes, &parents)
+    };
     let mut additions = Additions::new();
     if !lines.is_empty() {
         let objects = prepare_objects_alone(asked(request, text), stages.clone(), settings.clone()).await?;
@@ -140,19 +146,33 @@ fn theme_of(parent: &Composition) -> String {
     theme.unwrap_or_else(|| "a cluttered office desk".to_owned())
 }
 
-/// A text that lists the objects of every operation that adds some. `same_kind` is the phrase of another object like
-/// one of the parent.
+/// Answers about the parent that a list of new objects needs.
+struct Parents<'a> {
+    /// The phrase of another object like one of the parent.
+    same_kind: &'a dyn Fn(&str) -> Option<String>,
+    /// The number of objects that a phrase means.
+    number: &'a dyn Fn(&str) -> usize,
+}
+
+/// A text that lists the objects of every operation that adds some.
 fn listed(
     operations: &[EditOperation],
     themes: &BTreeMap<usize, Vec<String>>,
-    same_kind: impl Fn(&str) -> Option<String>,
+    parents: &Parents,
 ) -> (String, Vec<Line>) {
     let (mut text, mut lines) = (String::new(), Vec::new());
     for (index, operation) in operations.iter().enumerate() {
         let (phrase, count) = match operation {
-            EditOperation::Add { object, count, .. } => (counted(object, *count as usize), *count as usize),
-            EditOperation::Replace { object, .. } => (counted(object, 1), 1),
-            EditOperation::Remake { target } => match same_kind(target) {
+            EditOperation::Add { object, count, place } => {
+                let landmark = place.as_ref().and_then(|place| place.target.as_deref());
+                let count = *count as usize * landmark.map_or(1, parents.number);
+                (counted(object, count), count)
+            }
+            EditOperation::Replace { target, object } => {
+                let count = (parents.number)(target);
+                (counted(object, count), count)
+            }
+            EditOperation::Remake { target } => match (parents.same_kind)(target) {
                 Some(phrase) => (counted(&phrase, 1), 1),
                 None => continue,
             },
@@ -248,7 +268,8 @@ mod tests {
         ];
         let themes = BTreeMap::from([(4, vec!["pen".to_owned(), "stapler".to_owned()])]);
         let same_kind = |name: &str| (name == "plate_1").then(|| "blue plate".to_owned());
-        let (text, lines) = listed(&operations, &themes, same_kind);
+        let parents = Parents { same_kind: &same_kind, number: &|_| 1 };
+        let (text, lines) = listed(&operations, &themes, &parents);
         assert_eq!(text, "one red mug, 2 fork, one apple, one pen, one stapler, one blue plate");
         let found: Vec<(usize, &str)> =
             lines.iter().map(|line| (line.index, &text[line.start..line.end])).collect();

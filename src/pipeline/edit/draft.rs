@@ -42,6 +42,8 @@ pub(super) struct Draft<'a> {
     changed: BTreeSet<String>,
     /// Names of the objects that operations added, in order.
     added: Vec<String>,
+    /// The objects of the operation before.
+    last_result: Vec<InstanceId>,
 }
 
 impl<'a> Draft<'a> {
@@ -93,6 +95,7 @@ impl<'a> Draft<'a> {
             causes: BTreeMap::new(),
             changed: BTreeSet::new(),
             added: Vec::new(),
+            last_result: Vec::new(),
         })
     }
 
@@ -129,6 +132,17 @@ impl<'a> Draft<'a> {
     pub fn newest(&self) -> Vec<usize> {
         let position = |name: &String| (0..self.len()).find(|object| self.name(*object) == name);
         self.added.iter().filter_map(position).collect()
+    }
+
+    /// The objects of the operation before that still exist.
+    pub fn last_result(&self) -> Vec<usize> {
+        let position = |id: &InstanceId| (0..self.len()).find(|object| self.id(*object) == *id);
+        self.last_result.iter().filter_map(position).collect()
+    }
+
+    /// Notes the objects of an operation, for "it" in the next one.
+    pub fn note_result(&mut self, objects: &[InstanceId]) {
+        self.last_result = objects.to_vec();
     }
 
     /// Objects that rest directly on or in another one.

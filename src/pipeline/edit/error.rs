@@ -52,6 +52,16 @@ pub(super) enum EditError {
     TooFewToStack,
     #[error("{below} rests on or in {above}; name the lower one first")]
     StackedUpsideDown { below: String, above: String },
+    #[error("two objects change places; its phrases mean another number of them")]
+    NotTwoToSwap,
+    #[error("a row needs at least two objects")]
+    TooFewToLineUp,
+    #[error("there is no free place for the whole row; move what is in the way, or name another edge")]
+    NoRoomForRow,
+    #[error("a row stands along an edge, in a part of the table, or where its objects are")]
+    NoPlaceForRow,
+    #[error("{objects} objects and {landmarks} places do not match; name as many of one as of the other")]
+    UnequalNumbers { objects: usize, landmarks: usize },
     #[error("it lies on its side, so it has no yaw; move it instead")]
     NoYaw,
     #[error("it cannot face itself")]

@@ -2,6 +2,9 @@
 
 mod appearance;
 mod environment;
+mod exchange;
+mod line_up;
+pub(super) mod pairing;
 mod rearrange;
 mod shape;
 
@@ -12,6 +15,9 @@ use glam::DVec2;
 pub(super) use appearance::{color_named, material_named};
 use appearance::{recolor, relabel, restyle_table};
 use environment::{move_camera, relight};
+use exchange::swap;
+use line_up::arrange;
+use pairing::{places_of_each, places_of_new};
 use rearrange::rearrange;
 use shape::{resize, rotate, set_physics};
 
@@ -73,6 +79,10 @@ pub(super) fn carry_out(
         EditOperation::Relabel { target, label } => relabel(draft, target, label)?,
         EditOperation::RestyleTable { .. } => restyle_table(draft, given)?,
         EditOperation::Stack { targets } => stack(draft, targets)?,
+        EditOperation::Swap { targets } => swap(draft, targets)?,
+        EditOperation::Arrange { targets, arrangement, sort_by, place } => {
+            arrange(draft, targets, *arrangement, *sort_by, place.as_ref())?
+        }
         EditOperation::Tidy => tidy(draft)?,
         EditOperation::Remake { target } => remake(draft, target, given)?,
         EditOperation::Rearrange => rearrange(draft, given.seed)?,
@@ -82,6 +92,7 @@ pub(super) fn carry_out(
         EditOperation::Relight(light) => relight(draft, *light)?,
         EditOperation::MoveCamera(change) => move_camera(draft, change)?,
     };
+    draft.note_result(&objects);
     Ok(OperationResult { op: operation.name().to_owned(), objects, sentence })
 }
 
@@ -105,7 +116,24 @@ fn several(draft: &Draft, phrase: &str) -> Result<Vec<usize>, EditError> {
     if is_table(phrase) {
         return Err(EditError::TableIsNoObject);
     }
+    // The objects of the operation before.
+    if matches!(phrase.trim(), "it" | "them") && !draft.last_result().is_empty() {
+        return Ok(draft.last_result());
+    }
     Ok(references::resolve_newest(&draft.editable(), phrase, &draft.newest())?)
+}
+
+/// The objects of several phrases, each once, in their order.
+fn all_of(draft: &Draft, phrases: &[String]) -> Result<Vec<usize>, EditError> {
+    let mut all = Vec::new();
+    for phrase in phrases {
+        for object in several(draft, phrase)? {
+            if !all.contains(&object) {
+                all.push(object);
+            }
+        }
+    }
+    Ok(all)
 }
 
 fn is_table(phrase: &str) -> bool {
@@ -168,10 +196,15 @@ fn ids(draft: &Draft, objects: &[usize]) -> Vec<InstanceId> {
 }
 
 fn add(draft: &mut Draft, place: Option<&EditPlace>, given: OperationInputs) -> Done {
+    // Before they are there, so that no new object is its own landmark.
+    let places = place.map(|place| places_of_new(draft, place)).transpose()?.unwrap_or_default();
     let added = put_all(draft, given)?;
+    if !places.is_empty() && !added.len().is_multiple_of(places.len()) {
+        return Err(EditError::UnequalNumbers { objects: added.len(), landmarks: places.len() });
+    }
     let mut where_ = String::new();
-    for &object in &added {
-        let query = match place {
+    for (index, &object) in added.iter().enumerate() {
+        let query = match places.get(index * places.len() / added.len()) {
             Some(place) => query(draft, object, place)?,
             None => PlaceQuery::default(),
         };
@@ -241,8 +274,27 @@ fn remake(draft: &mut Draft, phrase: &str, given: OperationInputs) -> Done {
     Ok((vec![id.clone()], format!("gave {id} another mesh of its kind")))
 }
 
+/// A new object for each that the phrase means.
 fn replace(draft: &mut Draft, phrase: &str, given: OperationInputs) -> Done {
-    let target = one(draft, phrase)?;
+    if is_table(phrase) {
+        return Err(EditError::FixedTable);
+    }
+    let targets = ids(draft, &several(draft, phrase)?);
+    if targets.len() != given.additions.len() {
+        return Err(EditError::NotOneNewObject);
+    }
+    let (mut made, mut sentences) = (Vec::new(), Vec::new());
+    for (target, addition) in targets.iter().zip(given.additions) {
+        let Some(index) = (0..draft.len()).find(|object| draft.id(*object) == *target) else { continue };
+        let inputs = OperationInputs { additions: vec![addition], table: None, seed: given.seed };
+        let (new, sentence) = replace_one(draft, index, inputs)?;
+        made.extend(new);
+        sentences.push(sentence);
+    }
+    Ok((made, sentences.join(", ")))
+}
+
+fn replace_one(draft: &mut Draft, target: usize, given: OperationInputs) -> Done {
     let (old_name, old_pose, supporter) =
         (draft.name(target).to_owned(), draft.pose(target), draft.supporter(target));
     let center_m = draft.center_m(target);
@@ -293,7 +345,7 @@ fn place_branches(draft: &mut Draft, objects: &[(usize, Supporter)]) {
 fn move_to(draft: &mut Draft, phrase: &str, place: &EditPlace) -> Done {
     let targets = several(draft, phrase)?;
     let mut where_ = String::new();
-    for &target in &targets {
+    for (&target, place) in targets.iter().zip(&places_of_each(draft, &targets, place)?) {
         let query = query(draft, target, place)?;
         draft.is_named(target);
         let load = draft.workspace.branch(target);

@@ -84,6 +84,18 @@ pub enum EditOperation {
     },
     /// One object on the other, the first at the bottom. One phrase ("the books") stacks the largest first.
     Stack { targets: Vec<String> },
+    /// Two objects change places: two phrases, or one that means two.
+    Swap { targets: Vec<String> },
+    /// Objects in a row or a column, in the order of the phrases, or sorted.
+    Arrange {
+        targets: Vec<String>,
+        arrangement: ArrangedAs,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        sort_by: Option<SortedBy>,
+        /// The place of their center; the mean of their places unless it is given.
+        #[serde(default, rename = "where", skip_serializing_if = "Option::is_none")]
+        place: Option<EditPlace>,
+    },
     /// Objects that stand on the table are aligned with its edges and moved apart.
     Tidy,
     /// More objects of the scene's theme, or of the one that is given.
@@ -110,6 +122,30 @@ pub enum EditOperation {
     /// Another view of the reference camera: turned about the center of the table and raised, nearer or farther, or
     /// with another focal length.
     MoveCamera(CameraMove),
+}
+
+/// Directions in which objects are lined up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ArrangedAs {
+    /// From the left to the right.
+    Row,
+    /// From the front to the back.
+    Column,
+}
+
+/// Orders of objects that are lined up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SortedBy {
+    /// The smallest footprint first.
+    Size,
+    /// The lowest first.
+    Height,
+    /// By hue, those without a color last.
+    Color,
+    /// By category.
+    Kind,
 }
 
 const ANGLE: &str = "must be from -6.3 to 6.3 radians";
@@ -146,6 +182,8 @@ impl EditOperation {
             Self::Relabel { .. } => "relabel",
             Self::RestyleTable { .. } => "restyle_table",
             Self::Stack { .. } => "stack",
+            Self::Swap { .. } => "swap",
+            Self::Arrange { .. } => "arrange",
             Self::Tidy => "tidy",
             Self::Clutter { .. } => "clutter",
             Self::Remake { .. } => "remake",
@@ -180,7 +218,7 @@ impl EditOperation {
             | Self::Remake { target }
             | Self::SetPhysics { target, .. }
             | Self::Recolor { target, .. } => phrase("/target", target),
-            Self::Stack { targets } => {
+            Self::Stack { targets } | Self::Swap { targets } | Self::Arrange { targets, .. } => {
                 targets.iter().enumerate().for_each(|(k, target)| phrase(&format!("/targets/{k}"), target));
             }
             Self::RestyleTable { .. }
@@ -222,6 +260,20 @@ impl EditOperation {
             Self::Stack { targets } => {
                 let count = (1..=MAX_ADDED as usize).contains(&targets.len());
                 violations.require(count, "/targets", format!("must name 1 to {MAX_ADDED} objects"));
+            }
+            Self::Swap { targets } => {
+                violations.require((1..=2).contains(&targets.len()), "/targets", "must name two objects");
+            }
+            Self::Arrange { targets, place, .. } => {
+                let count = (1..=MAX_ADDED as usize).contains(&targets.len());
+                violations.require(count, "/targets", format!("must name 1 to {MAX_ADDED} objects"));
+                violations.extend("/where", place.as_ref().map_or(Vec::new(), EditPlace::violations));
+                let is_displaced = place.as_ref().is_some_and(|place| place.offset_m.is_some());
+                violations.require(
+                    !is_displaced,
+                    "/where/offset_m",
+                    "the whole row has no place to be displaced from",
+                );
             }
             Self::Clutter { count, .. } => {
                 let range = (1..=MAX_ADDED).contains(count);

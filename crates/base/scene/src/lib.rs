@@ -43,7 +43,7 @@ pub mod finished;
 pub use description::{
     Arrangement, ArrangementKind, ObjectSpec, Relation, RelationKind, RequestedPose, SceneDescription,
 };
-pub use edit::{EditOperation, EditPlace};
+pub use edit::{ArrangedAs, EditOperation, EditPlace, SortedBy};
 pub use finished::{Metrics, Scene};
 pub use geometry::{Friction, MassProperties};
 pub use id::{BatchId, DatasetId, DeliveryId, JobId, KeyId, RecordingId, SceneId, TenantId, WebhookId};

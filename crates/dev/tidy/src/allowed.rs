@@ -32,11 +32,6 @@ pub const ALLOWED: &[Allowed] = &[
 /// Exceptions for string literals and documents.
 pub const ALLOWED_IN_TEXTS: &[Allowed] = &[
     Allowed {
-        path: "crates/method/editing/src/instruction/clauses.rs",
-        words: &["paint"],
-        reason: "a verb of instructions, which the message lists",
-    },
-    Allowed {
         path: "crates/models/embedded/src/text_parser/grammar/distances.rs",
         words: &["middle"],
         reason: "a phrase that texts use",

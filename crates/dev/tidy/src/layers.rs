@@ -39,7 +39,7 @@ const PURE: &[&[&str]] = &[SERVERS, CLIENTS, ROWS, TASKS, FUTURES, FILES, SYSTEM
 const PURE_BUT_FUTURES: &[&[&str]] = &[SERVERS, CLIENTS, ROWS, TASKS, FILES, SYSTEM, CLOCKS, CHANCE];
 
 /// The folders below `crates/`, the lowest first. A crate depends on those of its own wing and of lower ones.
-pub const WINGS: &[&str] = &["base", "method", "models", "data", "server", "dev"];
+pub const WINGS: &[&str] = &["base", "language", "method", "models", "data", "server", "dev"];
 
 /// Every crate of the wings. Cargo refuses an import that is no dependency, so the manifests are what is checked.
 pub const CRATES: &[Layer] = &[
@@ -59,11 +59,12 @@ pub const CRATES: &[Layer] = &[
     layer("certificate", &["geometry", "scene"], PURE),
     // Of the domain types it takes the support tree alone.
     layer("physics", &["geometry", "runtime", "scene"], PURE),
-    layer("editing", &["catalog", "geometry", "physics", "runtime", "scene"], PURE),
+    layer("language", &["catalog", "geometry", "scene"], PURE),
+    layer("editing", &["catalog", "geometry", "language", "physics", "runtime", "scene"], PURE),
     layer("batches", &["runtime", "scene"], PURE),
     // Knows nothing of scenes, so that it can be used without them; its linear algebra is nalgebra.
     layer("robot", &["markup"], PURE),
-    layer("tasks", &["catalog", "editing", "geometry", "physics", "runtime", "scene"], PURE),
+    layer("tasks", &["catalog", "editing", "geometry", "language", "physics", "runtime", "scene"], PURE),
     layer("manipulation", &["geometry", "physics", "robot", "runtime", "scene", "tasks"], PURE),
     layer(
         "export",

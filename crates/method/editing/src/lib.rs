@@ -1,13 +1,12 @@
 //! Edits of finished scenes: which objects a phrase means, where an object has room, how it comes to rest there.
 //!
-//! [`instruction`] reads operations from a sentence, [`references`] finds the objects that a phrase means, [`place`]
+//! [`references`] finds the objects that a phrase means, [`place`]
 //! searches free places in a [`Workspace`], and [`rest`] lets objects come to rest there while all others stay. The
 //! crate depends on geometry, physics, the catalog and the domain types; it must not depend on the pipeline, storage
 //! or providers.
 
 pub mod object;
 pub mod references;
-pub mod instruction;
 pub mod workspace;
 pub mod place;
 pub mod rest;

@@ -10,7 +10,6 @@
 //!
 //! A phrase costs the product of its words, the objects and the synonyms of their categories.
 
-mod vocabulary;
 mod color_match;
 mod phrase;
 mod qualifier;
@@ -21,11 +20,7 @@ mod picks;
 mod relatives;
 mod selection;
 
-pub use vocabulary::{MaterialWord, color_of, material_of, theme_of};
-
-pub(crate) use noun::{is_noun, is_of_catalog};
-pub(crate) use phrase::number;
-pub(crate) use vocabulary::vocabulary;
+pub use language::vocabulary::{MaterialWord, color_of, material_of, theme_of};
 
 use crate::EditableObject;
 use runtime::edit_distance;
@@ -71,6 +66,24 @@ fn hint(opening: &str, names: &[InstanceId]) -> String {
     if names.is_empty() { String::new() } else { format!("{opening} {}", list(names)) }
 }
 
+/// The objects of a scene, for the reader of instructions.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneReferents<'a>(pub &'a [EditableObject]);
+
+impl language::Referents for SceneReferents<'_> {
+    fn is_noun(&self, words: &str) -> bool {
+        let is_labeled = |object: &EditableObject| {
+            let label = object.label.to_lowercase().replace('-', " ");
+            label == words || label.strip_suffix(words).is_some_and(|start| start.ends_with(' '))
+        };
+        language::nouns::is_noun(words) || self.0.iter().any(is_labeled)
+    }
+
+    fn resolves(&self, phrase: &str) -> Option<bool> {
+        Some(resolve(self.0, phrase).is_ok())
+    }
+}
+
 /// The indices of the objects that a phrase means, ascending and not empty.
 ///
 /// # Errors
@@ -96,7 +109,47 @@ pub fn resolve_newest(
     if let Some(index) = objects.iter().position(|object| object.name.as_str() == name) {
         return Ok(vec![index]);
     }
-    let words = phrase::words(phrase);
+    let found = resolve_words(objects, phrase, phrase::words(phrase), newest);
+    let Err(error) = found else { return found };
+    match corrected(objects, phrase) {
+        Some(words) => resolve_words(objects, phrase, words, newest).map_err(|_| error),
+        None => Err(error),
+    }
+}
+
+/// The words of a phrase, misspelled ones as a label has them; `None` where no other spelling is likely.
+fn corrected(objects: &[EditableObject], phrase: &str) -> Option<Vec<String>> {
+    let labels: Vec<String> =
+        objects.iter().map(|object| object.label.to_lowercase().replace('-', " ")).collect();
+    let known: std::collections::BTreeSet<&str> = labels.iter().flat_map(|label| label.split(' ')).collect();
+    let is_known = |word: &str| {
+        word.chars().count() < 4
+            || known.contains(word)
+            || language::nouns::is_noun(word)
+            || color_of(word).is_some()
+            || material_of(word).is_some()
+    };
+    let mut is_changed = false;
+    let mut correct = |word: String| {
+        let mut near = known.iter().filter(|other| other.len() > 2 && edit_distance(&word, other) == 1);
+        match (is_known(&word), near.next(), near.next()) {
+            (false, Some(only), None) => {
+                is_changed = true;
+                (*only).to_owned()
+            }
+            _ => word,
+        }
+    };
+    let words = phrase::words(phrase).into_iter().map(&mut correct).collect();
+    is_changed.then_some(words)
+}
+
+fn resolve_words(
+    objects: &[EditableObject],
+    phrase: &str,
+    words: Vec<String>,
+    newest: &[usize],
+) -> Result<Vec<usize>, ReferenceError> {
     let not_understood =
         |words: Vec<String>| ReferenceError::NotUnderstood { phrase: phrase.trim().to_owned(), words };
     let phrases = phrase::read_phrase(&words).map_err(not_understood)?;

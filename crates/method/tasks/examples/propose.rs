@@ -12,13 +12,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use catalog::{Affordance, category};
-use embedded::text_parser::{DescribeOptions, TextParserSettings, describe};
 use geometry::convex_hull::convex_hull;
 use geometry::{ConvexHull, Rgb};
 use glam::DVec3;
 use scene::Scene;
 use tasks::goal::formula;
-use tasks::{ObjectAppearance, ObjectShape, ProposedTask, Reading, RobotLimits, TaskScene, bddl, propose};
+use tasks::{ObjectAppearance, ObjectShape, ProposedTask, RobotLimits, TaskScene, bddl, propose};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -67,11 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Checks that the default wording has the same goal when it is read as an instruction.
 fn read_back(proposal: &ProposedTask, scene: &TaskScene) -> Result<(), String> {
-    let settings: TextParserSettings = test_settings::section("analyst");
-    let options = DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() };
-    let reading = Reading::new(&proposal.wordings.default, scene);
-    let description = describe(reading.text(), 1, &options, &settings).map_err(|error| error.to_string())?;
-    let goal = reading.goal(&description).map_err(|refusal| refusal.to_string())?;
+    let goal = tasks::text::goal(&proposal.wordings.default, scene).map_err(|refusal| refusal.to_string())?;
     if goal == proposal.task.goal {
         return Ok(());
     }

@@ -39,5 +39,4 @@ pub use robot_limits::RobotLimits;
 pub use scene::text_account::{GoalPredicate, PredicateKind};
 pub use task::{Limits, Task};
 pub use task_scene::{ObjectAppearance, TaskScene};
-pub use text::Reading;
 pub use validation::validate;

@@ -1,27 +1,18 @@
 //! Instructions as goals over the objects of a finished scene.
 //!
-//! The text parser (or another analyst) describes the start state and goal of an instruction with objects of its own.
-//! [`Reading`] prepares the text for it and then replaces these objects by those of the scene: each has a noun phrase
-//! in the text, which [`editing::references`] resolves. An object may also be called by its name. Nothing is ignored:
-//! parts that neither the parser nor the references understand are refused, and so are verbs that ask for more than a
-//! goal states ([`PERFORMED`]).
+//! [`language::task`] reads the statements of an instruction; [`editing::references`] finds the objects that their
+//! phrases mean. Nothing is ignored: what neither understands is refused. So are verbs that ask for more than a goal
+//! states ([`PERFORMED`]).
 //!
 //! Cost: that of the references, a few passes over the words and objects.
 
-mod assembly;
-mod ellipsis;
 mod function_words;
-mod names;
-mod noun_phrases;
 mod performed;
-mod resolution;
+mod statements;
 mod unstated;
 mod verb_check;
 mod words;
 
-use std::ops::Range;
-
-use scene::SceneDescription;
 use scene::request::Input;
 
 pub use performed::PERFORMED;
@@ -33,47 +24,23 @@ use crate::task::Task;
 use crate::task_scene::TaskScene;
 use verb_check::require_performed;
 
-/// An instruction, ready for the analyst.
-pub struct Reading<'a> {
-    scene: &'a TaskScene,
-    instruction: &'a str,
-    /// As the analyst reads it: without names of objects and without the ellipses that it does not complete.
-    text: String,
-    /// Bytes of `text` that stand for an object by its name.
-    named: Vec<(Range<usize>, usize)>,
+/// The goal of an instruction, over the objects of the scene.
+///
+/// # Errors
+///
+/// [`Refusal`] for a verb that is not performed, without a goal, for parts that are not understood, and for phrases
+/// that do not say which objects of the scene they mean.
+pub fn goal(instruction: &str, scene: &TaskScene) -> Result<Goal, Refusal> {
+    statements::goal(instruction, scene)
 }
 
-impl<'a> Reading<'a> {
-    /// Prepares an instruction.
-    pub fn new(instruction: &'a str, scene: &'a TaskScene) -> Self {
-        let completed = ellipsis::completed(instruction);
-        let (text, named) = names::replaced(&completed, scene.described());
-        Self { scene, instruction, text, named }
-    }
-
-    /// The text to describe.
-    pub fn text(&self) -> &str {
-        &self.text
-    }
-
-    /// The goal of the description of [`Reading::text`], over the objects of the scene.
-    ///
-    /// # Errors
-    ///
-    /// [`Refusal`] for a verb that is not performed, without a goal, for parts that are not understood, and for phrases
-    /// that do not say which objects of the scene they mean.
-    pub fn goal(&self, description: &SceneDescription) -> Result<Goal, Refusal> {
-        assembly::goal(self, description)
-    }
-
-    /// As [`Reading::goal`], as a task with the usual limits.
-    ///
-    /// # Errors
-    ///
-    /// As for [`Reading::goal`].
-    pub fn task(&self, description: &SceneDescription, robot: &str) -> Result<Task, Refusal> {
-        Ok(Task::new(self.instruction.trim(), self.goal(description)?, robot))
-    }
+/// As [`goal`], as a task with the usual limits.
+///
+/// # Errors
+///
+/// As for [`goal`].
+pub fn task(instruction: &str, scene: &TaskScene, robot: &str) -> Result<Task, Refusal> {
+    Ok(Task::new(instruction.trim(), goal(instruction, scene)?, robot))
 }
 
 /// The task of a scene whose request was an instruction; `None` if it was none, if a verb of it is not performed, or if

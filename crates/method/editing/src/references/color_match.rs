@@ -4,9 +4,9 @@
 //! colors that are nearer to it than to any other basic word. Other words ("crimson", "dark blue") mean their
 //! surroundings.
 
-use super::vocabulary::color_of;
 use catalog::color::oklab;
 use geometry::Rgb;
+use language::vocabulary::color_of;
 
 /// Largest distance of a color to its nearest basic word.
 const MAX_BASIC_DISTANCE: f64 = 0.22;

@@ -1,10 +1,10 @@
 //! Words before a noun: colors, materials, sizes, ranks, words of labels.
 
 use super::color_match::is_color;
-use super::phrase::{number, ordinal};
+use super::phrase::ordinal;
 use super::qualifier::Direction;
-use super::vocabulary::{material_of, vocabulary};
 use crate::EditableObject;
+use language::vocabulary::{material_of, number, vocabulary};
 
 /// A measure by which objects compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::vocabulary::{vague_sets, vocabulary};
 use crate::EditableObject;
+use language::nouns::{ANY, SUPERCLASSES, is_name};
+use language::vocabulary::{vague_sets, vocabulary};
 
 /// Grammatical number of a noun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,39 +20,6 @@ pub(super) struct NamedObjects {
     pub levels: Vec<Vec<usize>>,
     pub number: Number,
 }
-
-/// Nouns for any object.
-const ANY: &[&str] = &["object", "item", "thing", "one", "stuff"];
-
-/// Words for objects of several groups of the catalog.
-const SUPERCLASSES: &[(&[&str], &[&str])] = &[
-    (&["fruit", "piece of fruit"], &["fruit"]),
-    (&["vegetable", "veggie"], &["vegetable"]),
-    (&["cutlery", "silverware", "flatware"], &["cutlery"]),
-    (&["utensil"], &["cutlery", "kitchen_tool"]),
-    (&["dishes", "crockery", "dishware", "tableware", "dinnerware"], &["dish"]),
-    (&["drinkware", "drinking vessel"], &[]),
-    (&["cookware"], &["cookware"]),
-    (&["toy", "plaything"], &["toy", "toy_animal", "musical_toy", "model"]),
-    (&["toy animal", "animal"], &["toy_animal"]),
-    (&["tool"], &["hand_tool", "tool", "power_tool", "measuring_tool", "garden_tool"]),
-    (&["drink", "beverage"], &[]),
-    (
-        &["food", "snack"],
-        &["fruit", "vegetable", "bakery", "baked_good", "meal", "meat", "food", "sweet", "nut", "fish"],
-    ),
-    (&["pastry"], &["bakery", "baked_good"]),
-    (&["plant"], &["plant"]),
-    (&["clothes", "clothing"], &["clothing"]),
-    (
-        &["electronics", "device", "gadget"],
-        &["electronics", "handheld_device", "screen", "audio", "input_device"],
-    ),
-    (&["stationery"], &["stationery", "writing_tool", "pen", "desk_tool"]),
-    (&["decoration", "ornament"], &["decoration"]),
-    (&["bottle"], &["bottle"]),
-    (&["can"], &["can"]),
-];
 
 /// Categories that superclasses have beside whole groups.
 const SUPERCLASS_MEMBERS: &[(&str, &[&str])] = &[
@@ -143,28 +111,6 @@ fn any_number(noun: &str, singular: Option<&str>) -> Option<Number> {
     }
 }
 
-/// Whether the word is a noun of English or of the catalog, also in the plural.
-pub(crate) fn is_noun(noun: &str) -> bool {
-    let singular = vocabulary().singular_of(noun);
-    let is_known = |noun: &str| catalog::stand_in::placeability(noun).is_some() || is_of_catalog(noun);
-    [Some(noun), singular.as_deref()].into_iter().flatten().any(is_known)
-}
-
-/// Whether the singular noun names objects of the catalog.
-pub(crate) fn is_of_catalog(noun: &str) -> bool {
-    vocabulary().is_alias_of_any(noun)
-        || SUPERCLASSES.iter().any(|(words, _)| words.contains(&noun))
-        || vague_sets().iter().any(|set| set.words.iter().any(|word| word == noun))
-        || catalog::categories().iter().any(|category| is_name(category, noun))
-}
-
-fn is_name(category: &catalog::Category, noun: &str) -> bool {
-    category.label == noun
-        || category.name.replace('_', " ") == noun
-        || category.synonyms.iter().any(|synonym| synonym == noun)
-        || category.stands_in_for.iter().any(|other| other == noun)
-}
-
 /// "desk lamp" and "lamp" name what is labeled "red desk lamp"; "cup" what is labeled "cup of coffee".
 fn is_labeled(object: &EditableObject, noun: &str) -> bool {
     let label = object.label.to_lowercase().replace(['-', '_'], " ");
@@ -186,7 +132,12 @@ fn is_category(object: &EditableObject, noun: &str) -> bool {
 }
 
 fn is_synonym(object: &EditableObject, noun: &str) -> bool {
-    vocabulary().is_alias(&object.category, noun)
+    let label = object.label.to_lowercase();
+    let head = label.rsplit([' ', '-']).next().unwrap_or_default();
+    // "cup" of a teacup.
+    let ends_compound = noun.len() > 2 && head.len() > noun.len() && head.ends_with(noun);
+    ends_compound
+        || vocabulary().is_alias(&object.category, noun)
         || catalog::category(&object.category).is_some_and(|category| is_name(category, noun))
 }
 

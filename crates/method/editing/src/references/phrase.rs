@@ -5,16 +5,18 @@
 //! labels of the scene and is decided in `selection`.
 
 use super::qualifier::{Direction, Qualifier, qualifier};
-use super::vocabulary::vocabulary;
+use language::vocabulary::number;
 
 /// Number of objects that a phrase means.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Quantity {
     /// "mugs", "the mug": the number of the noun decides.
     Open,
     /// "one", "a", "any".
     One,
     Count(usize),
+    /// "half of the fruit"
+    Fraction(f64),
     Both,
     All,
 }
@@ -24,6 +26,8 @@ pub(super) enum Quantity {
 pub(super) struct NounPhrase {
     pub text: String,
     pub quantity: Quantity,
+    /// "one of the mugs", "any mug": any so many of those that fit.
+    pub choice: bool,
     /// "the other mug", "everything else": what it is other than, the phrase does not say.
     pub other: bool,
     pub body: Vec<String>,
@@ -133,10 +137,17 @@ pub(super) fn read_list(reader: &mut Reader) -> Result<Vec<NounPhrase>, Unread> 
 /// One noun phrase.
 pub(super) fn read_noun_phrase(reader: &mut Reader) -> Result<NounPhrase, Unread> {
     let start = reader.at;
+    let fraction = read_fraction(reader);
+    // "a mug" and "two mugs" leave open which.
+    let is_open = |word: &str| matches!(word, "any" | "either" | "a" | "an") || number(word).is_some();
+    let choice = fraction.is_some() || reader.peek().is_some_and(is_open);
+    let _ = reader.take(&["either"]);
     let (quantity, other) = read_quantity(reader);
+    let quantity = fraction.unwrap_or(quantity);
     let mut phrase = NounPhrase {
         text: String::new(),
-        quantity,
+        quantity: if choice && quantity == Quantity::Open { Quantity::One } else { quantity },
+        choice,
         other,
         body: Vec::new(),
         whole: None,
@@ -154,6 +165,11 @@ pub(super) fn read_noun_phrase(reader: &mut Reader) -> Result<NounPhrase, Unread
         }
         if word == "of" && is_partitive(reader, &phrase) {
             reader.at += 1;
+            phrase.choice |= phrase.body.iter().all(|word| matches!(word.as_str(), "one" | "ones"))
+                && matches!(
+                    phrase.quantity,
+                    Quantity::One | Quantity::Count(_) | Quantity::Fraction(_) | Quantity::Open
+                );
             phrase.whole = Some(Box::new(read_noun_phrase(reader)?));
             break;
         }
@@ -208,6 +224,26 @@ pub(super) fn ordinal(word: &str) -> Option<usize> {
     ORDINALS.iter().position(|name| *name == word).or_else(digits)
 }
 
+/// "half of", "half the", "a third of", "two thirds of"; "of" is left to what follows.
+fn read_fraction(reader: &mut Reader) -> Option<Quantity> {
+    const FRACTIONS: &[(&[&str], f64)] = &[
+        (&["half"], 0.5),
+        (&["a", "third"], 1.0 / 3.0),
+        (&["two", "thirds"], 2.0 / 3.0),
+        (&["a", "quarter"], 0.25),
+        (&["three", "quarters"], 0.75),
+    ];
+    let before = reader.at;
+    let (words, part) = FRACTIONS.iter().find(|(words, _)| reader.follows(words))?;
+    reader.at += words.len();
+    let has_whole = reader.peek().is_some_and(|word| word == "of" || DETERMINERS.contains(&word));
+    if !has_whole {
+        reader.at = before;
+        return None;
+    }
+    Some(Quantity::Fraction(*part))
+}
+
 /// The quantity, and whether "other" is among its words.
 fn read_quantity(reader: &mut Reader) -> (Quantity, bool) {
     let (mut quantity, mut other, start) = (Quantity::Open, false, reader.at);
@@ -233,10 +269,4 @@ fn read_quantity(reader: &mut Reader) -> (Quantity, bool) {
         reader.at += 1;
     }
     (quantity, other)
-}
-
-/// A number in words or digits.
-pub(crate) fn number(word: &str) -> Option<usize> {
-    let named = || vocabulary().numbers.get(word).map(|&number| number as usize);
-    word.parse().ok().or_else(named).filter(|&number| number > 0)
 }

@@ -1,7 +1,7 @@
 //! Qualifiers after the noun of a phrase: relations to other objects, places on the table, orders.
 
 use super::phrase::{NounPhrase, Reader, Unread, read_noun_phrase};
-use super::vocabulary::vocabulary;
+use language::vocabulary::vocabulary;
 use scene::RelationKind;
 
 /// A direction in which objects are ordered.
@@ -58,11 +58,19 @@ pub(super) enum Qualifier {
     Farthest(NounPhrase),
     OnTable,
     In(Region),
+    /// "that is yellow", "which is wooden": words of a color or a material.
+    Appearance(String),
+    /// "that is not yellow"
+    NotAppearance(String),
     /// Objects are counted from there.
     From(Direction),
 }
 
 const CONNECTORS: &[&[&str]] = &[
+    &["that", "isnt"],
+    &["that", "arent"],
+    &["which", "isnt"],
+    &["which", "arent"],
     &["that", "is"],
     &["that", "are"],
     &["which", "is"],
@@ -128,6 +136,19 @@ pub(super) fn qualifier(reader: &mut Reader) -> Result<Option<Qualifier>, Unread
     let before = reader.at;
     if let Some(connector) = CONNECTORS.iter().find(|connector| reader.follows(connector)) {
         reader.at += connector.len();
+        let is_not = reader.take(&["not"]) || connector.last().is_some_and(|word| word.ends_with("nt"));
+        if let Some(length) = vocabulary()
+            .color_length(reader.words, reader.at)
+            .or_else(|| vocabulary().material_length(reader.words, reader.at))
+        {
+            let words = reader.words[reader.at..reader.at + length].join(" ");
+            reader.at += length;
+            return Ok(Some(if is_not {
+                Qualifier::NotAppearance(words)
+            } else {
+                Qualifier::Appearance(words)
+            }));
+        }
         return match qualifier(reader)? {
             Some(found) => Ok(Some(found)),
             None => Err(reader.words[before..].to_vec()),

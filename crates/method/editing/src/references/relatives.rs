@@ -1,12 +1,24 @@
 //! Qualifiers after a noun, as a filter: relations to other objects, places on the table.
 
+use super::modifier::{of_color, of_material};
 use super::phrase::{NounPhrase, Quantity};
 use super::places::{Ranking, is_between, is_related, rests_on};
 use super::qualifier::Qualifier;
 use super::selection::{Outcome, Selector};
+use language::vocabulary::color_of;
 use scene::RelationKind;
 
 impl Selector<'_> {
+    /// The objects of a color, or of a material.
+    fn of_appearance(&self, pool: &[usize], words: &str) -> Vec<usize> {
+        let is_color = color_of(words).is_some();
+        if is_color {
+            of_color(self.objects, pool, words).1
+        } else {
+            of_material(self.objects, pool, words).1
+        }
+    }
+
     pub fn qualified(
         &self,
         phrase: &NounPhrase,
@@ -20,6 +32,11 @@ impl Selector<'_> {
         };
         match qualifier {
             Qualifier::From(_) => Ok(pool),
+            Qualifier::Appearance(words) => Ok(self.of_appearance(&pool, words)),
+            Qualifier::NotAppearance(words) => {
+                let of = self.of_appearance(&pool, words);
+                Ok(keep(&|index| !of.contains(&index)))
+            }
             Qualifier::In(region) => self.in_region(phrase, pool, *region, plural),
             Qualifier::OnTable => {
                 let direct = keep(&|index| objects[index].supporter.parent.is_none());

@@ -4,8 +4,9 @@
 //! the phrase counts. Modifiers and relations filter; then sizes and ranks pick; then the quantity is checked.
 
 use super::modifier::{Modifier, label_has, modifiers, of_color, of_material};
-use super::noun::{Number, is_noun, named};
+use super::noun::{Number, named};
 use super::phrase::{NounPhrase, Quantity};
+use language::nouns::is_noun;
 
 use super::qualifier::Qualifier;
 use super::{ReferenceError, nearest_names};
@@ -40,12 +41,17 @@ impl Selector<'_> {
             Quantity::Open | Quantity::One => 1,
             Quantity::Count(count) => count,
             Quantity::Both => 2,
+            Quantity::Fraction(part) => ((indices.len() as f64 * part).round() as usize).max(1),
         };
         if indices.len() == wanted {
             return Ok(indices);
         }
         if indices.len() < wanted {
             return Err(self.too_few(phrase, wanted, &indices));
+        }
+        if phrase.choice {
+            indices.truncate(wanted);
+            return Ok(indices);
         }
         let newest: Vec<usize> =
             self.newest.iter().copied().filter(|index| indices.contains(index)).collect();

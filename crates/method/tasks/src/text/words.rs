@@ -26,34 +26,3 @@ pub(super) fn words(text: &str) -> Vec<Word> {
     }
     words
 }
-
-/// Whether only spaces or hyphens are between two places of a text.
-pub(super) fn is_joined(text: &str, from: usize, to: usize) -> bool {
-    text.get(from..to).is_some_and(|between| between.chars().all(|c| c == ' ' || c == '-'))
-}
-
-/// Words that open a noun phrase.
-pub(super) fn is_determiner(word: &str) -> bool {
-    matches!(
-        word,
-        "the"
-            | "a"
-            | "an"
-            | "both"
-            | "all"
-            | "every"
-            | "each"
-            | "my"
-            | "your"
-            | "our"
-            | "his"
-            | "her"
-            | "their"
-            | "this"
-            | "that"
-            | "these"
-            | "those"
-            | "any"
-            | "one"
-    )
-}

@@ -3,21 +3,17 @@
 use std::collections::BTreeSet;
 
 use crate::made_scene::made_scene;
-use embedded::text_parser::{DescribeOptions, TextParserSettings, describe};
 use tasks::evaluation::{Situation, evaluate};
 use tasks::goal::formula;
 use tasks::validation::end_state;
-use tasks::{Goal, PredicateKind, ProposalKind, Reading, RobotLimits, TaskScene, propose, validate};
+use tasks::{Goal, PredicateKind, ProposalKind, RobotLimits, TaskScene, propose, validate};
 
 fn robot() -> RobotLimits {
     RobotLimits::new("panda", 0.08, 0.005, 3.0)
 }
 
 fn goal_of(text: &str, scene: &TaskScene) -> Option<Goal> {
-    let settings: TextParserSettings = test_settings::section("analyst");
-    let options = DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() };
-    let reading = Reading::new(text, scene);
-    reading.goal(&describe(reading.text(), 1, &options, &settings).ok()?).ok()
+    tasks::text::goal(text, scene).ok()
 }
 
 #[test]

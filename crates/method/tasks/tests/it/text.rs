@@ -1,10 +1,9 @@
 //! Instructions in a made scene, with the right goals, as `sentences.toml` and `verbs.toml` state them.
 
 use crate::made_scene::made_scene;
-use embedded::text_parser::{DescribeOptions, TextParserSettings, describe};
 use serde::Deserialize;
 use tasks::goal::formula;
-use tasks::{Reading, Refusal, Task, TaskScene};
+use tasks::{Refusal, Task, TaskScene};
 
 #[derive(Deserialize)]
 struct Sentences {
@@ -12,12 +11,7 @@ struct Sentences {
 }
 
 fn task_of(text: &str, scene: &TaskScene) -> Result<Task, Refusal> {
-    let settings: TextParserSettings = test_settings::section("analyst");
-    let options = DescribeOptions { max_objects: 64, table: None, on_unknown: Default::default() };
-    let reading = Reading::new(text, scene);
-    let description = describe(reading.text(), 1, &options, &settings)
-        .map_err(|error| Refusal::InstructionNotUnderstood { parts: vec![error.to_string()] })?;
-    reading.task(&description, "panda")
+    tasks::text::task(text, scene, "panda")
 }
 
 #[test]
