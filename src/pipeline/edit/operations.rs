@@ -202,16 +202,16 @@ fn add(draft: &mut Draft, place: Option<&EditPlace>, given: OperationInputs) -> 
     if !places.is_empty() && !added.len().is_multiple_of(places.len()) {
         return Err(EditError::UnequalNumbers { objects: added.len(), landmarks: places.len() });
     }
-    let mut where_ = String::new();
+    let mut where_ = Vec::new();
     for (index, &object) in added.iter().enumerate() {
         let query = match places.get(index * places.len() / added.len()) {
             Some(place) => query(draft, object, place)?,
             None => PlaceQuery::default(),
         };
         draft.find_and_rest(object, &query)?;
-        where_ = draft.workspace.place_in_words(&query);
+        note_place(&mut where_, draft.workspace.place_in_words(&query));
     }
-    Ok((ids(draft, &added), format!("added {} {where_}", names(draft, &added))))
+    Ok((ids(draft, &added), format!("added {} {where_}", names(draft, &added), where_ = where_.join(", "))))
 }
 
 fn clutter(draft: &mut Draft, given: OperationInputs) -> Done {
@@ -344,7 +344,7 @@ fn place_branches(draft: &mut Draft, objects: &[(usize, Supporter)]) {
 
 fn move_to(draft: &mut Draft, phrase: &str, place: &EditPlace) -> Done {
     let targets = several(draft, phrase)?;
-    let mut where_ = String::new();
+    let mut where_ = Vec::new();
     for (&target, place) in targets.iter().zip(&places_of_each(draft, &targets, place)?) {
         let query = query(draft, target, place)?;
         draft.is_named(target);
@@ -360,13 +360,23 @@ fn move_to(draft: &mut Draft, phrase: &str, place: &EditPlace) -> Done {
                     PlaceQuery { near_m: Some(wanted_m), ..draft.near_by(target, POSITION_TOLERANCE_M) };
                 draft.find_and_rest(target, &query).map_err(|_| why)?;
             }
-            "by the stated distance".clone_into(&mut where_);
+            note_place(&mut where_, "by the stated distance".to_owned());
             continue;
         }
         draft.find_and_rest(target, &query)?;
-        where_ = draft.workspace.place_in_words(&query);
+        note_place(&mut where_, draft.workspace.place_in_words(&query));
     }
-    Ok((ids(draft, &targets), format!("moved {} {where_}", names(draft, &targets))))
+    Ok((
+        ids(draft, &targets),
+        format!("moved {} {where_}", names(draft, &targets), where_ = where_.join(", ")),
+    ))
+}
+
+/// Adds a place in words, once.
+fn note_place(places: &mut Vec<String>, place: String) {
+    if !places.contains(&place) {
+        places.push(place);
+    }
 }
 
 fn stack(draft: &mut Draft, phrases: &[String]) -> Done {

@@ -92,6 +92,8 @@ fn operations_of_edits_are_those_of_the_type() {
         json!({ "op": "relabel", "target": "mug_1", "label": "cup" }),
         json!({ "op": "restyle_table", "material": "oak", "color": "white" }),
         json!({ "op": "stack", "targets": ["book_1", "book_2"] }),
+        json!({ "op": "swap", "targets": ["book_1", "book_2"] }),
+        json!({ "op": "arrange", "targets": ["the books"], "arrangement": "row", "sort_by": "size", "where": { "relation": "at_left" } }),
         json!({ "op": "tidy" }),
         json!({ "op": "clutter", "count": 3, "theme": "hobby_desk" }),
         json!({ "op": "remake", "target": "mug_1" }),

@@ -107,6 +107,53 @@ fn an_edit_does_what_it_states_and_leaves_every_other_object_exactly_in_place() 
     assert_eq!(apples, ["apple_1", "apple_2"], "what is in the bowl moves with it, and this is reported");
 }
 
+/// Objects change places, stand in a sorted row, get one new object each, and half of them leave.
+#[test]
+fn an_instruction_in_words_swaps_lines_up_and_gives_one_to_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let text = "A large table with two plates, a lamp at the back left, a vase at the front right, and four dice, and nothing else";
+    made(folder, &["generate", "--text", text, "--seed", "4", "--out", "parent"]);
+    let edit = |parent: &str, text: &str, out: &str| {
+        made(folder, &["edit", "--bundle", parent, "--text", text, "--seed", "5", "--out", out]);
+        scene(folder, out)
+    };
+    let before = scene(folder, "parent");
+    let at = |scene: &Value, name: &str| -> [f64; 2] {
+        let place = pose(scene, name).0;
+        [0, 1].map(|axis| place[axis].as_f64().unwrap())
+    };
+    let apart_m = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+
+    let swapped = edit("parent", "Could you swap the vase and the lamp?", "swapped");
+    let (lamp, vase) = ("desk_lamp_1", "vase_1");
+    assert!(apart_m(at(&swapped, vase), at(&before, lamp)) < 0.15, "{swapped}");
+    assert!(apart_m(at(&swapped, lamp), at(&before, vase)) < 0.15);
+
+    let row = edit(
+        "swapped",
+        "line the dice up along the front edge, and a fork to the left of every plate",
+        "row",
+    );
+    let mut dice: Vec<[f64; 2]> = (1..=4).map(|k| at(&row, &format!("dice_{k}"))).collect();
+    dice.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    for pair in dice.windows(2) {
+        assert!((pair[0][1] - pair[1][1]).abs() < 0.01 && pair[1][0] - pair[0][0] > 0.005, "{dice:?}");
+    }
+    for fork in ["fork_1", "fork_2"] {
+        let fork = at(&row, fork);
+        assert!(["plate_1", "plate_2"].iter().any(|plate| fork[0] < at(&row, plate)[0]), "{row}");
+    }
+
+    let fewer =
+        edit("row", "half of the dice can go; move vase_1 10 cm to the right and color it red", "fewer");
+    let left = (1..=4).filter(|k| instance(&fewer, &format!("dice_{k}")).is_some()).count();
+    assert_eq!(left, 2);
+    let operations = fewer["edit"]["operations"].as_array().unwrap();
+    assert_eq!(operations.last().unwrap()["objects"], json!(["vase_1"]), "{operations:?}");
+    assert!((at(&fewer, vase)[0] - at(&row, vase)[0] - 0.1).abs() < 0.02);
+}
+
 #[test]
 fn an_edit_that_cannot_be_done_is_refused_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
