@@ -152,6 +152,7 @@ fn certificate(scene: &Breakfast) -> Certificate {
         fidelity: Fidelity {
             is_judged: true,
             left_out_px: Vec::new(),
+            depth: None,
             silhouette_iou: 1.0,
             color_difference: None,
             missed: Regions::default(),

@@ -1,4 +1,4 @@
-//! Multipart bodies: the image as a file, and the request as JSON.
+//! Multipart bodies: the image and its depths as files, and the request as JSON.
 
 use std::sync::{Arc, Mutex};
 
@@ -19,10 +19,11 @@ use crate::problem::{Problem, ProblemType};
 pub struct Form {
     pub request: Option<SceneBody>,
     pub image: Option<Bytes>,
+    pub depth: Option<Bytes>,
     pub memory: Reservation,
 }
 
-/// Reads a form whose fields are `image` and `request`, each at most once.
+/// Reads a form whose fields are `image`, `depth` and `request`, each at most once.
 ///
 /// # Errors
 ///
@@ -33,7 +34,7 @@ pub async fn read(api: &TenantApi, parts: Parts, body: Body) -> Result<Form, Pro
     let mut fields = Multipart::from_request(request, &())
         .await
         .map_err(|error| source.problem(error.status(), error.body_text()))?;
-    let (mut request, mut image) = (None, None);
+    let (mut request, mut image, mut depth) = (None, None, None);
     loop {
         let field = fields.next_field().await.map_err(|e| source.problem(e.status(), e.body_text()))?;
         let Some(field) = field else { break };
@@ -41,6 +42,7 @@ pub async fn read(api: &TenantApi, parts: Parts, body: Body) -> Result<Form, Pro
         let bytes = field.bytes().await.map_err(|e| source.problem(e.status(), e.body_text()))?;
         let is_repeated = match name.as_str() {
             "image" => image.replace(bytes).is_some(),
+            "depth" => depth.replace(bytes).is_some(),
             "request" => {
                 let received = ReceivedBody { bytes: bytes.into(), memory: api.body_memory.reservation() };
                 // The reader's reservation covers the value, which is no larger than its JSON.
@@ -52,7 +54,7 @@ pub async fn read(api: &TenantApi, parts: Parts, body: Body) -> Result<Form, Pro
                 return Err(Problem::new(
                     ProblemType::InvalidRequest,
                     "unknown_field",
-                    format!("the form's fields are `image` and `request`; {shown:?} is not known"),
+                    format!("the form's fields are `image`, `depth` and `request`; {shown:?} is not known"),
                 ));
             }
         };
@@ -64,7 +66,7 @@ pub async fn read(api: &TenantApi, parts: Parts, body: Body) -> Result<Form, Pro
             ));
         }
     }
-    Ok(Form { request, image, memory: source.take_memory().await })
+    Ok(Form { request, image, depth, memory: source.take_memory().await })
 }
 
 /// The reader of the body, and the reason where it refused: the parser of forms passes on neither.

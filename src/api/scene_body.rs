@@ -94,6 +94,11 @@ pub struct SceneForm {
     /// A PNG, JPEG or WebP file that does not move; its first bytes decide, not its name.
     #[schemars(extend("format" = "binary"))]
     pub image: String,
+    /// A PNG file of one 16-bit channel with the depth of each pixel of the upright image along the optical axis,
+    /// millimeters; 0 = not measured. It has the ratio of the sides of the image. The settings of the request state the
+    /// camera: `photograph.intrinsics_px`, or `photograph.field_of_view_rad` where the EXIF data do not.
+    #[schemars(default, extend("format" = "binary"))]
+    pub depth: String,
     #[schemars(default)]
     pub request: FormRequest,
 }
@@ -105,11 +110,16 @@ impl JsonRequest for SceneBody {
 }
 
 impl SceneBody {
-    /// The order of the body. `image` is the content of an image file, wherever it came from; [`Self::image`] is not
-    /// read.
-    pub fn order(self, image: Option<Bytes>) -> SceneOrder {
+    /// The order of the body. `image` is the content of an image file, wherever it came from, and `depth` that of its
+    /// depth image; [`Self::image`] is not read.
+    pub fn order(self, image: Option<Bytes>, depth: Option<Bytes>) -> SceneOrder {
         let Self { text, image: _, seed, labels, options, priority, not_before, deadline } = self;
-        SceneOrder { text, image, terms: terms(seed, labels, options, (priority, not_before, deadline)) }
+        SceneOrder {
+            text,
+            image,
+            depth,
+            terms: terms(seed, labels, options, (priority, not_before, deadline)),
+        }
     }
 }
 
@@ -124,6 +134,13 @@ pub(super) fn terms(
     Terms { seed, labels, options, priority: priority.unwrap_or(0), not_before_ms, deadline_ms }
 }
 
+/// Files of a form.
+#[derive(Debug, Default)]
+pub struct Files {
+    pub image: Option<Bytes>,
+    pub depth: Option<Bytes>,
+}
+
 /// Reads the body of a request, loads its image, and checks both. The reservation covers the image.
 ///
 /// # Errors
@@ -131,14 +148,14 @@ pub(super) fn terms(
 /// A [`Problem`] where the body does not arrive within the limits, or will not do.
 pub async fn receive(api: &TenantApi, request: Request) -> Result<(Submission, Reservation), Problem> {
     let (parts, body) = request.into_parts();
-    let (body, file, memory) = match media_type(&parts.headers).as_str() {
+    let (body, files, memory) = match media_type(&parts.headers).as_str() {
         "application/json" => {
             let reader = BodyReader::new(api, &parts, body, api.settings.max_body_bytes);
             let (body, memory) = parse_apart(api, &api.tenant_id, reader.collect().await?).await?;
-            (body, None, memory)
+            (body, Files::default(), memory)
         }
         "multipart/form-data" => {
-            let Form { request, image, memory } = form_body::read(api, parts, body).await?;
+            let Form { request, image, depth, memory } = form_body::read(api, parts, body).await?;
             if image.is_none() {
                 return Err(Problem::new(
                     ProblemType::InvalidRequest,
@@ -146,17 +163,17 @@ pub async fn receive(api: &TenantApi, request: Request) -> Result<(Submission, R
                     "the form has no file `image`; send a request without one as application/json",
                 ));
             }
-            (request.unwrap_or_default(), image, memory)
+            (request.unwrap_or_default(), Files { image, depth }, memory)
         }
         _ => {
             return Err(Problem::new(
                 ProblemType::UnsupportedMediaType,
                 "body_format",
-                "send application/json, or multipart/form-data with a file field `image`",
+                "send application/json, or multipart/form-data with a file field `image`, and `depth` if there is one",
             ));
         }
     };
-    check(api, body, file, memory).await
+    check(api, body, files, memory).await
 }
 
 /// Loads the image of a body, unless it came as a file, and checks both. The reservation covers the image.
@@ -167,13 +184,14 @@ pub async fn receive(api: &TenantApi, request: Request) -> Result<(Submission, R
 pub async fn check(
     api: &TenantApi,
     mut body: SceneBody,
-    file: Option<Bytes>,
+    Files { image, depth }: Files,
     mut memory: Reservation,
 ) -> Result<(Submission, Reservation), Problem> {
-    let image = load_image(api, &mut body, file, &mut memory).await?;
-    memory.shrink_to(image.as_ref().map_or(0, Bytes::len) + body.text.as_ref().map_or(0, String::len));
+    let image = load_image(api, &mut body, image, &mut memory).await?;
+    let files_bytes = image.iter().chain(&depth).map(Bytes::len).sum::<usize>();
+    memory.shrink_to(files_bytes + body.text.as_ref().map_or(0, String::len));
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
-    Ok((check_apart(api, body, image).await?, memory))
+    Ok((check_apart(api, body, Files { image, depth }).await?, memory))
 }
 
 /// The content of the image of the request: the file of the form, or what `body.image` names, which is taken out.
@@ -213,12 +231,16 @@ fn wrong_image(pointer: &str, detail: &str) -> Problem {
 
 /// Checks an order: one with an image on a thread that may block. Images are decoded a few at a time, and of large ones
 /// fewer.
-async fn check_apart(api: &TenantApi, body: SceneBody, image: Option<Bytes>) -> Result<Submission, Problem> {
-    let Some(bytes) = image.clone() else { return api.app.check_scene(body.order(None)) };
-    let blocks = tokio::task::spawn_blocking(move || image::pixel_blocks(&bytes)).await.unwrap_or(1);
+async fn check_apart(api: &TenantApi, body: SceneBody, files: Files) -> Result<Submission, Problem> {
+    let Files { image, depth } = files;
+    let Some(bytes) = image.clone() else { return api.app.check_scene(body.order(None, depth)) };
+    // The depths are decoded after the image, and into fewer bytes a pixel.
+    let largest = [Some(bytes), depth.clone()];
+    let blocks = move || largest.iter().flatten().map(|bytes| image::pixel_blocks(bytes)).max();
+    let blocks = tokio::task::spawn_blocking(blocks).await.ok().flatten().unwrap_or(1);
     let pixels = api.pixel_blocks.clone().acquire_many_owned(blocks.min(api.max_pixel_blocks())).await.ok();
     let permits = (pixels, api.decoders.of(&api.tenant_id).await);
-    let (app, order) = (api.app.clone(), body.order(image));
+    let (app, order) = (api.app.clone(), body.order(image, depth));
     let checked = tokio::task::spawn_blocking(move || {
         let _permits = permits;
         app.check_scene(order)

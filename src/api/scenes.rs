@@ -16,7 +16,7 @@ use super::query::{
     CategoryFilter, IdFilter, LabelFilter, NoParameters, ObjectCount, Page, PageSize, PageToken, Parameters,
     TextFilter, Time,
 };
-use super::scene_body::SceneBody;
+use super::scene_body::{Files, SceneBody};
 use super::views::{ArtifactView, JobView, SceneView, SpendingView, StageView};
 use super::{jobs, scene_body};
 use crate::app::scene_labels::{LabelsPatch, change_labels, present};
@@ -47,7 +47,7 @@ pub async fn validate(
     _: Parameters<NoParameters>,
     JsonBody { value: body, memory }: JsonBody<SceneBody>,
 ) -> Result<Response, Problem> {
-    let (submission, _memory) = scene_body::check(&api, body, None, memory).await?;
+    let (submission, _memory) = scene_body::check(&api, body, Files::default(), memory).await?;
     let text = api.app.account(&submission.request).map_err(|error| Problem::invalid(vec![error]))?;
     Ok(Json(Validated { valid: true, request: submission.request, text }).into_response())
 }

@@ -25,7 +25,8 @@ impl App {
             options: request.body.options.clone(),
             ..Terms::default()
         };
-        self.check_scene(SceneOrder { text: request.body.text.clone(), image, terms }).map_err(refused)
+        self.check_scene(SceneOrder { text: request.body.text.clone(), image, depth: None, terms })
+            .map_err(refused)
     }
 }
 

@@ -2,12 +2,14 @@
 //! (`api::data_uri`); that of a file in a form is not read.
 //!
 //! Dimensions are read from the header and checked before anything is decoded; then the whole image is
-//! decoded once under memory limits, so that a broken file is refused here and not in a job.
+//! decoded once under memory limits, so that a broken file is refused here and not in a job. The same holds for the
+//! depth image beside an image.
 
 use std::io::Cursor;
 
 use bytes::Bytes;
-use exif::{In, Tag};
+use exif::{Exif, In, Tag};
+use imaging::DepthImage;
 use imaging::codec::{
     CodecError, ImageHeader, MAX_SCENE_SIDE_RATIO, MAX_SIDE_PX, MIN_SCENE_SIDE_PX, read_header, verify_image,
 };
@@ -23,6 +25,15 @@ pub struct CheckedImage {
     pub media_type: &'static str,
     /// Horizontal, of the upright image, as its EXIF data state it.
     pub field_of_view_rad: Option<f64>,
+    /// Width and height of the upright image.
+    pub upright_px: [u32; 2],
+}
+
+/// A depth image that was checked, but not stored.
+#[derive(Debug)]
+pub struct CheckedDepth {
+    pub bytes: Bytes,
+    pub digest: Digest,
 }
 
 /// Pixels of one block of [`pixel_blocks`].
@@ -84,8 +95,44 @@ fn inspect(bytes: Bytes, max_pixels: u64) -> Result<CheckedImage, Problem> {
         ));
     }
     verify_image(&bytes, max_pixels.saturating_mul(12)).map_err(refused)?;
-    let field_of_view_rad = field_of_view_rad(&bytes, width, height);
-    Ok(CheckedImage { digest: Digest::of(&bytes), bytes, media_type, field_of_view_rad })
+    let exif = exif::Reader::new().read_from_container(&mut Cursor::new(&bytes)).ok();
+    let field_of_view_rad = exif.as_ref().and_then(|exif| field_of_view_rad(exif, width, height));
+    let upright_px = if exif.as_ref().is_some_and(is_turned) { [height, width] } else { [width, height] };
+    Ok(CheckedImage { digest: Digest::of(&bytes), bytes, media_type, field_of_view_rad, upright_px })
+}
+
+/// Checks the depth image beside an image, of at most so many bytes and pixels. Decodes it, so it blocks.
+///
+/// # Errors
+///
+/// A [`Problem`] that says what to change.
+pub fn check_depth(
+    bytes: Bytes,
+    image: &CheckedImage,
+    max_bytes: usize,
+    max_pixels: u64,
+) -> Result<CheckedDepth, Problem> {
+    if bytes.len() > max_bytes {
+        return Err(Problem::new(
+            ProblemType::PayloadTooLarge,
+            "depth_too_large",
+            format!("the depth image has {} bytes; send one of at most {max_bytes}", bytes.len()),
+        ));
+    }
+    let depth = DepthImage::decode_png(&bytes, max_pixels)
+        .map_err(|error| invalid("depth_unreadable", format!("the depth image cannot be used: {error}")))?;
+    let [width, height] = image.upright_px;
+    if !depth.has_aspect_of(width, height) {
+        let (own_width, own_height) = (depth.width_px(), depth.height_px());
+        return Err(invalid(
+            "depth_dimensions",
+            format!(
+                "the depth image is {own_width} x {own_height} and the upright image {width} x {height}; send depths of \
+                 the same view, with the same ratio of the sides"
+            ),
+        ));
+    }
+    Ok(CheckedDepth { digest: Digest::of(&bytes), bytes })
 }
 
 /// Diagonal of the frame that "35 mm" focal lengths refer to, millimeters (CIPA DCG-001).
@@ -93,8 +140,7 @@ const FULL_FRAME_DIAGONAL_MM: f64 = 43.27;
 
 /// The horizontal field of view of the upright image by its EXIF data: the focal length in 35 mm film (Exif 2.32, tag
 /// 0xA405). `None` where it is missing, or the stored size says that the image was cut.
-fn field_of_view_rad(bytes: &[u8], width_px: u32, height_px: u32) -> Option<f64> {
-    let exif = exif::Reader::new().read_from_container(&mut Cursor::new(bytes)).ok()?;
+fn field_of_view_rad(exif: &Exif, width_px: u32, height_px: u32) -> Option<f64> {
     let number = |tag: Tag| exif.get_field(tag, In::PRIMARY)?.value.get_uint(0);
     let focal_mm = number(Tag::FocalLengthIn35mmFilm).filter(|focal_mm| (8..2000).contains(focal_mm))?;
     let (width, height) = (f64::from(width_px), f64::from(height_px));
@@ -105,10 +151,14 @@ fn field_of_view_rad(bytes: &[u8], width_px: u32, height_px: u32) -> Option<f64>
         }
     }
     let focal_px = f64::from(focal_mm) / FULL_FRAME_DIAGONAL_MM * width.hypot(height);
-    // Orientations from 5 on turn the image by a quarter.
-    let is_turned = number(Tag::Orientation).is_some_and(|orientation| orientation >= 5);
-    let across = if is_turned { height } else { width };
+    let across = if is_turned(exif) { height } else { width };
     Some(2.0 * (0.5 * across / focal_px).atan())
+}
+
+/// Whether the upright image is turned by a quarter: orientations from 5 on.
+fn is_turned(exif: &Exif) -> bool {
+    let orientation = exif.get_field(Tag::Orientation, In::PRIMARY).and_then(|field| field.value.get_uint(0));
+    orientation.is_some_and(|orientation| orientation >= 5)
 }
 
 /// Largest relative change of the aspect of an image that is not taken for a cut, by rounding its sides.
@@ -191,6 +241,30 @@ mod tests {
         assert_eq!(known(400, 400, &[upright[0], sides[0], sides[1]]), None, "the image was cut");
         assert_eq!(known(600, 400, &[(Tag::FocalLengthIn35mmFilm, 0)]), None, "0 is unknown");
         assert_eq!(known(600, 400, &[(Tag::Orientation, 1)]), None);
+    }
+
+    #[test]
+    fn depths_have_the_aspect_of_the_upright_image() {
+        let turned = photograph(320, 240, &[(Tag::Orientation, 6)]);
+        let turned = inspect(turned.into(), 1_000_000).expect("fine");
+        assert_eq!(turned.upright_px, [240, 320]);
+        let level = inspect(png(320, 240).into(), 1_000_000).expect("fine");
+        let depth = |width_px: u32, height_px: u32| -> Bytes {
+            let depths_mm = vec![900; (width_px * height_px) as usize];
+            DepthImage::new(width_px, height_px, depths_mm).expect("a depth a pixel").encode_png().into()
+        };
+        let code = |bytes: Bytes, image: &CheckedImage, max_bytes: usize| {
+            check_depth(bytes, image, max_bytes, 100_000)
+                .map_or_else(|problem| problem.own_code(), |_| "fine")
+        };
+        assert_eq!(code(depth(160, 120), &level, 10_000), "fine", "half the size");
+        assert_eq!(code(depth(160, 120), &turned, 10_000), "depth_dimensions");
+        assert_eq!(code(depth(120, 160), &turned, 10_000), "fine");
+        assert_eq!(code(depth(160, 120), &level, 20), "depth_too_large");
+        assert_eq!(code(depth(640, 480), &level, 1_000_000), "depth_unreadable", "too many pixels");
+        assert_eq!(code(png(320, 240).into(), &level, 10_000), "depth_unreadable", "colors");
+        let cut = depth(160, 120);
+        assert_eq!(code(cut.slice(..cut.len() / 2), &level, 10_000), "depth_unreadable");
     }
 
     fn code(bytes: Vec<u8>, max_pixels: u64) -> &'static str {

@@ -7,10 +7,10 @@ use serde_json::json;
 use uuid::Uuid;
 
 use super::App;
-use super::image::{self, CheckedImage};
+use super::image::{self, CheckedDepth, CheckedImage};
 use super::terms::Terms;
-use crate::problem::{FieldError, Problem};
-use scene::request::MAX_SEED;
+use crate::problem::{FieldError, Problem, ProblemType};
+use scene::request::{MAX_SEED, RequestOptions};
 use scene::{Input, SceneId, SceneRequest, TenantId};
 use store::queue::{self, Schedule};
 use store::scenes::NewScene;
@@ -23,6 +23,8 @@ pub struct SceneOrder {
     pub text: Option<String>,
     /// Content of an image file.
     pub image: Option<Bytes>,
+    /// Content of the depth image of the image.
+    pub depth: Option<Bytes>,
     pub terms: Terms,
 }
 
@@ -39,6 +41,8 @@ pub struct Submission {
     pub deadline_ms: Option<i64>,
     /// To be stored before the request that names it.
     pub image: Option<CheckedImage>,
+    /// The same of its depths.
+    pub depth: Option<CheckedDepth>,
     /// An archive that the request names, where it is not stored yet.
     pub bundle: Option<Bytes>,
     /// The same for the same content, whatever its form; a seed drawn here does not count.
@@ -58,7 +62,7 @@ impl Submission {
         Self { parent_id: Some(parent), body_digest, ..self }
     }
 
-    /// Stores the image and the archive, if there are any, and returns the row to insert. `default_budget_usd` applies
+    /// Stores the image, its depths and the archive, if there are any, and returns the row to insert. `default_budget_usd` applies
     /// to requests without a budget.
     ///
     /// # Errors
@@ -73,6 +77,9 @@ impl Submission {
     ) -> Result<NewScene, StoreError> {
         if let Some(image) = self.image {
             store.blobs().put(image.bytes).await?;
+        }
+        if let Some(depth) = self.depth {
+            store.blobs().put(depth.bytes).await?;
         }
         if let Some(bundle) = self.bundle {
             store.blobs().put(bundle).await?;
@@ -95,7 +102,7 @@ impl App {
     ///
     /// A [`Problem`] with every violation of the order, or with the reason why the image is refused.
     pub fn check_scene(&self, order: SceneOrder) -> Result<Submission, Problem> {
-        let SceneOrder { text: given, image, mut terms } = order;
+        let SceneOrder { text: given, image, depth, mut terms } = order;
         let server = &self.config().server;
         let mut errors = terms.errors();
         let mut text = None;
@@ -104,7 +111,7 @@ impl App {
                 Ok(checked) => text = Some(checked),
                 Err(detail) => errors.push(FieldError::new("/text", detail.to_string())),
             },
-            None if image.is_none() => {
+            None if image.is_none() && depth.is_none() => {
                 errors.push(FieldError::new("", "give `text`, `image`, or both; there is none"));
             }
             None => {}
@@ -115,19 +122,74 @@ impl App {
         let image = image
             .map(|bytes| image::check(bytes, server.max_image_bytes, server.max_image_pixels))
             .transpose()?;
-        if let Some(fov_rad) = image.as_ref().and_then(|image| image.field_of_view_rad) {
-            let set = &mut terms.options.set;
-            set.entry(FIELD_OF_VIEW.to_owned()).or_insert_with(|| format!("{fov_rad:.4}"));
+        if let Some(image) = &image {
+            self.take_field_of_view(image, &mut terms.options);
         }
+        let depth = depth.map(|bytes| self.check_depth(bytes, image.as_ref(), &terms.options)).transpose()?;
         let input = match &image {
             Some(image) => Input::Image {
                 sha256: image.digest.to_string(),
                 media_type: image.media_type.to_owned(),
                 text,
+                depth_sha256: depth.as_ref().map(|depth| depth.digest.to_string()),
             },
             None => Input::Text { text: text.unwrap_or_default() },
         };
-        Ok(Submission { image, ..self.submission(terms, input)? })
+        let submission = self.submission(terms, input)?;
+        if let Some(image) = &image {
+            self.check_intrinsics(image, &submission.request.options)?;
+        }
+        Ok(Submission { image, depth, ..submission })
+    }
+
+    /// Sets the field of view of the image's EXIF data where neither the request nor the server states intrinsics.
+    fn take_field_of_view(&self, image: &CheckedImage, options: &mut RequestOptions) {
+        let is_stated = options.set.contains_key(INTRINSICS) || self.config().photograph.states_intrinsics();
+        if let Some(fov_rad) = image.field_of_view_rad.filter(|_| !is_stated) {
+            options.set.entry(FIELD_OF_VIEW.to_owned()).or_insert_with(|| format!("{fov_rad:.4}"));
+        }
+    }
+
+    /// Checks the depth image of a request, whose settings must state the intrinsics of its camera.
+    fn check_depth(
+        &self,
+        bytes: Bytes,
+        image: Option<&CheckedImage>,
+        options: &RequestOptions,
+    ) -> Result<CheckedDepth, Problem> {
+        let server = &self.config().server;
+        let refused = |code: &'static str, detail: &str| {
+            Err(Problem::new(ProblemType::InvalidRequest, code, detail.to_owned()))
+        };
+        let Some(image) = image else {
+            return refused(
+                "depth_without_image",
+                "there is a depth image without an image; send both, or neither",
+            );
+        };
+        // Settings that will not do are reported with all others.
+        let known = self.resolved.with(&options.set);
+        if known.is_ok_and(|resolved| !resolved.config.photograph.has_intrinsics()) {
+            return refused(
+                "depth_without_intrinsics",
+                "there is a depth image, but nothing states the intrinsics of its camera; set \
+                 photograph.intrinsics_px to fx, fy, cx, cy, width, height, or photograph.field_of_view_rad",
+            );
+        }
+        image::check_depth(bytes, image, server.max_image_bytes, server.max_image_pixels)
+    }
+
+    /// Checks that stated intrinsics belong to an image of the aspect of the given one.
+    fn check_intrinsics(&self, image: &CheckedImage, options: &RequestOptions) -> Result<(), Problem> {
+        let Ok(resolved) = self.resolved.with(&options.set) else { return Ok(()) };
+        let [width, height] = image.upright_px;
+        match resolved.config.photograph.aspect_fault(width, height) {
+            None => Ok(()),
+            Some(detail) => {
+                let pointer = format!("/options/set/{INTRINSICS}");
+                Err(Problem::invalid(vec![FieldError::new(pointer, detail)]))
+            }
+        }
     }
 
     /// The submission of a source on terms that must be valid. The settings of its options are checked by
@@ -157,6 +219,7 @@ impl App {
             not_before_ms,
             deadline_ms,
             image: None,
+            depth: None,
             bundle: None,
             body_digest,
         })
@@ -165,6 +228,8 @@ impl App {
 
 /// The setting with the field of view of the camera that took the image of a request.
 const FIELD_OF_VIEW: &str = "photograph.field_of_view_rad";
+/// The setting with all its intrinsics.
+const INTRINSICS: &str = "photograph.intrinsics_px";
 
 /// A random seed, for a request without one; the scene reports it.
 pub(super) fn draw_seed() -> u64 {

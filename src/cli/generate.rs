@@ -26,6 +26,9 @@ pub struct Arguments {
     /// An image of a table: PNG, JPEG or WebP
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
+    /// Depths of the image's pixels: a PNG of one 16-bit channel, millimeters, 0 = not measured
+    #[arg(long, value_name = "FILE", requires = "image")]
+    depth: Option<PathBuf>,
     #[command(flatten)]
     reading: TextOptions,
     /// Drop objects without a stated place onto each other: 0 spreads them over the table, 1 makes one heap
@@ -43,7 +46,10 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 
 fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
     let JobConfig { resolved, own } = arguments.job.configure()?;
-    let image = arguments.image.as_deref().map(|path| read_image(path, &resolved.config)).transpose()?;
+    let read = |path: &Option<PathBuf>, kind: &FileKind| {
+        path.as_deref().map(|path| read_image(path, kind, &resolved.config)).transpose()
+    };
+    let (image, depth) = (read(&arguments.image, &IMAGE)?, read(&arguments.depth, &DEPTH)?);
     let options = RequestOptions {
         set: own,
         robot: arguments.job.robot.clone(),
@@ -51,11 +57,12 @@ fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
         ..arguments.reading.request_options()
     };
     let terms = Terms { seed: arguments.job.seed, options, ..Terms::default() };
-    let order = SceneOrder { text: arguments.text, image, terms };
+    let order = SceneOrder { text: arguments.text, image, depth, terms };
     let submission = App::new(&resolved)
         .check_scene(order)
-        .map_err(|problem| refused_input(problem, arguments.image.as_deref()))?;
-    let place = arguments.job.place(&arguments.image.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+        .map_err(|problem| refused_input(problem, arguments.image.as_deref(), arguments.depth.as_deref()))?;
+    let files = arguments.image.iter().chain(&arguments.depth).map(PathBuf::as_path);
+    let place = arguments.job.place(&files.collect::<Vec<_>>())?;
     let made = arguments.job.run(&resolved, submission, place)?;
     match arguments.job.json {
         true => terminal::print(&format!("{:#}\n", made.outcome.document(made.total_ms))),
@@ -64,21 +71,27 @@ fn generate(mut arguments: Arguments) -> Result<Exit, Failure> {
     Ok(made.exit())
 }
 
-fn read_image(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
-    let unreadable = |error: std::io::Error| {
-        input_file::unreadable(path, "the image", &error, "give a PNG, JPEG or WebP file")
-    };
+/// A kind of image file.
+struct FileKind {
+    name: &'static str,
+    advice: &'static str,
+}
+
+const IMAGE: FileKind = FileKind { name: "the image", advice: "give a PNG, JPEG or WebP file" };
+const DEPTH: FileKind =
+    FileKind { name: "the depth image", advice: "give a PNG file with one channel of 16 bits" };
+
+fn read_image(path: &Path, kind: &FileKind, config: &Config) -> Result<bytes::Bytes, Failure> {
+    let FileKind { name, advice } = kind;
+    let unreadable = |error: std::io::Error| input_file::unreadable(path, name, &error, advice);
     let about = std::fs::metadata(path).map_err(unreadable)?;
     let limit = config.server.max_image_bytes;
     if !about.is_file() {
-        return Err(Failure::usage(format!(
-            "the image {} is not a file; give a PNG, JPEG or WebP file",
-            path.display()
-        )));
+        return Err(Failure::usage(format!("{name} {} is not a file; {advice}", path.display())));
     }
     if about.len() > limit as u64 {
         return Err(Failure::usage(format!(
-            "the image {} has {} bytes; give one of at most {limit}",
+            "{name} {} has {} bytes; give one of at most {limit}",
             path.display(),
             about.len()
         )));
@@ -86,11 +99,14 @@ fn read_image(path: &Path, config: &Config) -> Result<bytes::Bytes, Failure> {
     Ok(std::fs::read(path).map_err(unreadable)?.into())
 }
 
-/// A refusal that names the file where it is about the image.
-fn refused_input(problem: Problem, image: Option<&Path>) -> Failure {
-    match image.filter(|_| problem.code.starts_with("image_")) {
-        Some(path) => {
-            let message = format!("--image {}: {}", path.display(), problem.detail);
+/// A refusal that names the file that it is about.
+fn refused_input(problem: Problem, image: Option<&Path>, depth: Option<&Path>) -> Failure {
+    let about = |option: &'static str, prefix: &str, path: Option<&Path>| {
+        path.filter(|_| problem.code.starts_with(prefix)).map(|path| (option, path.to_owned()))
+    };
+    match about("--image", "image_", image).or(about("--depth", "depth_", depth)) {
+        Some((option, path)) => {
+            let message = format!("{option} {}: {}", path.display(), problem.detail);
             Failure { message, ..refused(problem, "--text") }
         }
         None => refused(problem, "--text"),

@@ -47,7 +47,7 @@ fn parse(arguments: Arguments) -> Result<Exit, Failure> {
     let terms = Terms { seed: arguments.seed, options, ..Terms::default() };
     let app = App::new(&resolved);
     let submission = app
-        .check_scene(SceneOrder { text: Some(arguments.text), image: None, terms })
+        .check_scene(SceneOrder { text: Some(arguments.text), image: None, depth: None, terms })
         .map_err(|problem| refused(problem, "TEXT"))?;
     let account = app.account(&submission.request).map_err(|error| {
         let detail = error.detail.clone();

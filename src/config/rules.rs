@@ -212,6 +212,8 @@ pub(super) fn broken(config: &Config) -> Vec<(&'static str, String)> {
         resolve.clearances_m.is_sorted(),
         "the gaps must grow from round to round".into(),
     );
+    let fault = config.photograph.intrinsics_fault();
+    rule("photograph.intrinsics_px", fault.is_none(), fault.unwrap_or_default());
     rule("export.date", is_date(&export.date), format!("{:?} is no date such as 2026-01-31", export.date));
     found
 }

@@ -7,8 +7,8 @@ use super::checkpoint::ArtifactRef;
 use super::error::StageError;
 use geometry::solid_query::{MeshSolid, SolidError};
 use geometry::{ConvexHull, Material, Rgb, Solid, TexturedMesh, Vec2};
-use imaging::Image;
 use imaging::codec::{decode_png, encode_png};
+use imaging::{DepthImage, Image};
 use mesh_io::gltf::{read_mesh_glb, reads_back_equal, write_mesh_glb};
 use render::annotate::distinct_color;
 
@@ -55,6 +55,19 @@ pub async fn image(context: &Context, artifact: &ArtifactRef) -> Result<Arc<Imag
     let image = Arc::new(read.map_err(|error| unreadable(artifact, error))?);
     decoded.images.keep(&artifact.digest, &image);
     Ok(image)
+}
+
+/// Stores a depth image as PNG.
+pub async fn put_depth(context: &Context, name: &str, depth: DepthImage) -> Result<ArtifactRef, StageError> {
+    let bytes = context.cpu(move || depth.encode_png()).await?;
+    context.put(name, "image/png", bytes).await
+}
+
+/// A depth image an earlier stage stored.
+pub async fn depth(context: &Context, artifact: &ArtifactRef) -> Result<Arc<DepthImage>, StageError> {
+    let bytes = context.get(artifact).await?;
+    let read = context.cpu(move || DepthImage::decode_png(&bytes, u64::MAX)).await?;
+    Ok(Arc::new(read.map_err(|error| unreadable(artifact, error))?))
 }
 
 const GLB: &str = "model/gltf-binary";

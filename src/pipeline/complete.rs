@@ -57,7 +57,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<CompletionRef,
         None => None,
     };
     let request = CompletionRequest {
-        reference: reference::seen(&context, &inputs.image, inputs.known.as_ref()).await?,
+        reference: reference::seen(&context, &inputs.image, inputs.known.as_ref(), None).await?,
         object: inputs.object.clone(),
         visible: inputs.visible.clone(),
         others: inputs.others.clone(),

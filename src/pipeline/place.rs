@@ -183,7 +183,7 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
         None => None,
     };
     let request = TopViewRequest {
-        reference: reference::seen(&context, &inputs.image, inputs.known.as_ref()).await?,
+        reference: reference::seen(&context, &inputs.image, inputs.known.as_ref(), None).await?,
         recognition: inputs.recognition.clone(),
         masks: inputs.masks.clone(),
         rendered,

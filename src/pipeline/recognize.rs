@@ -18,7 +18,10 @@ use ports::{Adapter, Ports, RecognitionHints};
 use render::annotate::{draw_axes, draw_polyline};
 use scene::request::RequestOptions;
 use scene::text_account::TextAccount;
-use scene::{Input, Recognition, RecognizedTable, SceneDescription, SceneRequest, SupportTree, TableShape};
+use scene::{
+    DepthAccount, Input, Recognition, RecognizedTable, SceneDescription, SceneRequest, SupportTree,
+    TableShape,
+};
 
 pub const STAGE: Stage = Stage { name: "recognize", version: 9 };
 
@@ -26,6 +29,9 @@ pub const STAGE: Stage = Stage { name: "recognize", version: 9 };
 pub struct Inputs {
     image: ArtifactRef,
     known: Option<ArtifactRef>,
+    /// Without depths, the key is that of the image alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    depth: Option<ArtifactRef>,
     seed: u64,
     options: RequestOptions,
     analyst: Adapter,
@@ -52,6 +58,7 @@ impl Inputs {
         Self {
             image: reference.image.clone(),
             known: reference.known.clone(),
+            depth: reference.depth.clone(),
             seed: request.seed,
             options: reference::options_for_key(request),
             analyst: match text {
@@ -65,12 +72,16 @@ impl Inputs {
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let (call, ports) = (context.call(), &context.services().ports);
-    let seen = reference::seen(&context, &inputs.image, inputs.known.as_ref()).await?;
+    let (known, depth) = (inputs.known.as_ref(), inputs.depth.as_ref());
+    let seen = reference::seen(&context, &inputs.image, known, depth).await?;
     let described = described(&context, &inputs).await?;
     let hints = described.as_ref().map(|(_, hints)| hints.clone());
     let options = inputs.options.clone();
-    let recognition = ports.analyst.recognize(&call, seen.clone(), inputs.seed, options, hints).await?;
+    let mut recognition = ports.analyst.recognize(&call, seen.clone(), inputs.seed, options, hints).await?;
     check(&recognition, &seen.image)?;
+    if inputs.depth.is_some() {
+        recognition.depth.get_or_insert_with(not_measured);
+    }
     let account =
         described.map(|(description, hints)| text_beside_image::account(&description, &hints, &recognition));
     context.put_json("recognition.json", &recognition).await?;
@@ -78,6 +89,13 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageE
     let drawn = context.cpu(move || drawn_on(&seen.image, &message)).await?;
     artifact_io::put_image(&context, "camera.png", drawn).await?;
     Ok(Output { recognition, account })
+}
+
+/// The account of a depth image that the analyst did not use.
+fn not_measured() -> DepthAccount {
+    let note = "the analyst of this server does not measure depths, so the image alone was used; set providers.analyst to \
+                embedded";
+    DepthAccount { is_used: false, note: note.to_owned() }
 }
 
 /// The description of the text beside the image, and what it says about the image.
@@ -188,6 +206,7 @@ mod tests {
                 table: table(TableShape::Round, None),
                 objects,
                 left_out_px: Vec::new(),
+                depth: None,
             };
             let image = Image::filled(side_px, 48, [0; 4]);
             check(&recognition, &image).and_then(|()| support_tree(&recognition)).map_err(|error| error.code)

@@ -8,7 +8,7 @@ use super::checkpoint::{ArtifactRef, Stage};
 use super::error::StageError;
 use super::{Context, artifact_io};
 use imaging::codec::decode_oriented_image;
-use imaging::{Image, Mask};
+use imaging::{DepthImage, Image, Mask};
 use ports::{
     Adapter, CompletedBy, Completion, ImageAnnotations, Ports, ReferenceImage, SyntheticGroundTruth,
     TopViewAnnotations, TopViewImage,
@@ -45,6 +45,9 @@ pub struct Inputs {
 pub struct Output {
     pub image: ArtifactRef,
     pub known: Option<ArtifactRef>,
+    /// Depths of the pixels, in the size of the image.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth: Option<ArtifactRef>,
     pub alone: Vec<AloneRef>,
     pub top: Option<TopRef>,
     /// The account of the text; `None` for an image.
@@ -107,7 +110,7 @@ pub(super) fn options_for_key(request: &SceneRequest) -> RequestOptions {
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     match &inputs.input {
         Input::Text { text } => rendered(&context, &inputs, text).await,
-        Input::Image { sha256, .. } => given(&context, sha256).await,
+        Input::Image { sha256, depth_sha256, .. } => given(&context, sha256, depth_sha256.as_deref()).await,
         Input::Edit { .. } | Input::Variant { .. } => Err(StageError::permanent(
             "not_a_reference",
             "making a reference image: an edit starts from its parent, which has one",
@@ -129,7 +132,8 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
     };
     let account = Some(TextAccount { unmet: generated.unmet, ..account });
     let image = artifact_io::put_input_image(context, "reference.png", generated.image, None).await?;
-    let mut output = Output { image, known: None, alone: Vec::new(), top: None, account, stated: None };
+    let mut output =
+        Output { image, known: None, depth: None, alone: Vec::new(), top: None, account, stated: None };
     if let Some(SyntheticGroundTruth { known, stated, truth, alone, top }) = generated.ground_truth {
         output.known = Some(context.put_json("known.json", &known).await?);
         output.stated = Some(Arc::new(stated));
@@ -148,7 +152,7 @@ async fn rendered(context: &Context, inputs: &Inputs, text: &str) -> Result<Outp
     Ok(output)
 }
 
-async fn given(context: &Context, sha256: &str) -> Result<Output, StageError> {
+async fn given(context: &Context, sha256: &str, depth_sha256: Option<&str>) -> Result<Output, StageError> {
     let unreadable = |cause: String| {
         StageError::permanent("image_unreadable", format!("the image cannot be read ({cause}); send another"))
     };
@@ -161,8 +165,36 @@ async fn given(context: &Context, sha256: &str) -> Result<Output, StageError> {
         })
         .await?;
     let image = decoded.map_err(|error: imaging::codec::CodecError| unreadable(error.to_string()))?;
+    let size_px = [image.width_px(), image.height_px()];
     let image = artifact_io::put_input_image(context, "reference.png", image, None).await?;
-    Ok(Output { image, known: None, alone: Vec::new(), top: None, account: None, stated: None })
+    let depth = match depth_sha256 {
+        Some(sha256) => Some(given_depth(context, sha256, size_px).await?),
+        None => None,
+    };
+    Ok(Output { image, known: None, depth, alone: Vec::new(), top: None, account: None, stated: None })
+}
+
+/// Stores the depths of a request in the size of the reference image.
+async fn given_depth(
+    context: &Context,
+    sha256: &str,
+    [width_px, height_px]: [u32; 2],
+) -> Result<ArtifactRef, StageError> {
+    let unreadable = |cause: String| {
+        let advice = "send another, or the image alone";
+        StageError::permanent(
+            "depth_unreadable",
+            format!("the depth image cannot be read ({cause}); {advice}"),
+        )
+    };
+    let digest = Digest::parse(sha256).map_err(|error| unreadable(error.to_string()))?;
+    let bytes = context.blob(&digest, "the depth image of the request").await?;
+    let resampled = move || {
+        DepthImage::decode_png(&bytes, MAX_DECODED_PX.into())
+            .map(|depth| depth.resampled(width_px, height_px))
+    };
+    let depth = context.cpu(resampled).await?.map_err(|error| unreadable(error.to_string()))?;
+    artifact_io::put_depth(context, "depth.png", depth).await
 }
 
 fn fitted_down(image: Image) -> Image {
@@ -230,17 +262,22 @@ pub(super) async fn top(context: &Context, stored: &TopRef) -> Result<TopViewIma
     Ok(TopViewImage { image: (*artifact_io::image(context, &stored.image).await?).clone(), known })
 }
 
-/// The stored reference image as ports see it.
+/// The stored reference image as ports see it. `depth` is `None` for ports that do not measure.
 pub(super) async fn seen(
     context: &Context,
     image: &ArtifactRef,
     known: Option<&ArtifactRef>,
+    depth: Option<&ArtifactRef>,
 ) -> Result<ReferenceImage, StageError> {
     let known = match known {
         Some(artifact) => Some(image_annotations(context, artifact).await?),
         None => None,
     };
-    Ok(ReferenceImage { image: artifact_io::image(context, image).await?, known })
+    let depth = match depth {
+        Some(artifact) => Some(artifact_io::depth(context, artifact).await?),
+        None => None,
+    };
+    Ok(ReferenceImage { image: artifact_io::image(context, image).await?, known, depth })
 }
 
 async fn image_annotations(

@@ -21,6 +21,9 @@ pub const STAGE: Stage = Stage { name: "segment", version: 8 };
 pub struct Inputs {
     image: ArtifactRef,
     known: Option<ArtifactRef>,
+    /// Without depths, the key is that of the image alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    depth: Option<ArtifactRef>,
     recognition: Arc<Recognition>,
     segmenter: Adapter,
 }
@@ -42,6 +45,7 @@ impl Inputs {
         Self {
             image: reference.image.clone(),
             known: reference.known.clone(),
+            depth: reference.depth.clone(),
             recognition: recognition.clone(),
             segmenter: ports.segmenter.adapter(),
         }
@@ -80,7 +84,8 @@ impl Output {
 
 pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Output, StageError> {
     let (call, ports) = (context.call(), &context.services().ports);
-    let seen = reference::seen(&context, &inputs.image, inputs.known.as_ref()).await?;
+    let (known, depth) = (inputs.known.as_ref(), inputs.depth.as_ref());
+    let seen = reference::seen(&context, &inputs.image, known, depth).await?;
     let found = ports.segmenter.segment(&call, seen.clone(), inputs.recognition.clone()).await?;
     check_masks(&found.masks, &inputs.recognition, &seen.image)?;
     let masks = match found.edges {

@@ -43,6 +43,9 @@ pub struct Input {
     /// Of an image.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub media_type: Option<String>,
+    /// Of an image with a depth image beside it: the digest of that.
+    #[schemars(skip_serializing_if = "Option::is_none")]
+    pub depth_sha256: Option<Sha256>,
     /// Of an edit or a variant: the id in the `scene.json` of the parent.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub parent: Option<String>,

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 pub use certificate::SceneSummary;
 use certificate::{Appearance, MethodShare, Regions};
 use geometry::json_numbers::Fraction;
+use scene::DepthAccount;
 
 /// Measurements of a finished scene; `docs/formats.md` defines them.
 #[derive(JsonSchema)]
@@ -38,6 +39,9 @@ pub struct Fidelity {
         inner(inner(range(min = 0, max = 100_000)), length(equal = 4))
     )]
     pub left_out_px: Option<Vec<Vec<u32>>>,
+    /// Absent without a depth image.
+    #[schemars(skip_serializing_if = "Option::is_none")]
+    pub depth: Option<DepthAccount>,
     pub missed: Regions,
     pub invented: Regions,
     pub methods: Vec<MethodShare>,

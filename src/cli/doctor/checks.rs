@@ -189,7 +189,7 @@ async fn made(resolved: &Resolved) -> Result<Option<String>, AppError> {
         Err(errors) => return Ok(Some(errors.to_string())),
     };
     let terms = Terms { seed: Some(7), ..Terms::default() };
-    let order = SceneOrder { text: Some(TEXT.to_owned()), image: None, terms };
+    let order = SceneOrder { text: Some(TEXT.to_owned()), image: None, depth: None, terms };
     let submission = match App::new(&resolved).check_scene(order) {
         Ok(submission) => submission,
         Err(problem) => return Ok(Some(problem.detail)),

@@ -224,6 +224,7 @@ fn fidelity(
     Ok(Fidelity {
         is_judged: is_judged(inputs),
         left_out_px: inputs.composition.recognition.left_out_px.clone(),
+        depth: inputs.composition.recognition.depth.clone(),
         silhouette_iou: objects.iter().map(|object| object.silhouette_iou).sum::<f64>() / count,
         color_difference: likeness.color_distance,
         missed: regions(&likeness.missed),

@@ -183,6 +183,7 @@ pub(in crate::pipeline) fn sound() -> Planted {
                 table,
                 objects: ids.iter().map(object).collect(),
                 left_out_px: Vec::new(),
+                depth: None,
             }),
             masks: ids
                 .iter()
@@ -307,7 +308,8 @@ fn a_rendering_of_the_program_is_no_measure_of_likeness() {
     planted.inputs.identity.request.input =
         Input::Edit { parent: "0".into(), bundle_sha256: "0".into(), operations: Vec::new(), text: None };
     assert!(planted.codes().is_empty());
-    let input = Input::Image { sha256: "0".into(), media_type: "image/png".into(), text: None };
+    let input =
+        Input::Image { sha256: "0".into(), media_type: "image/png".into(), text: None, depth_sha256: None };
     planted.inputs.identity.request.input = input;
     assert_eq!(planted.codes(), [ReasonCode::UnlikeImage]);
     // Objects that were dropped are not where the image shows them.

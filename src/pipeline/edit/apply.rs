@@ -104,8 +104,10 @@ pub async fn run(context: Context, inputs: Arc<Inputs>) -> Result<Composition, S
         })?;
     let mut composition = composition;
     composition.image = artifact_io::put_image(&context, "reference.png", image).await?;
-    // They are regions of the parent's image.
-    Arc::make_mut(&mut composition.recognition).left_out_px.clear();
+    // They are of the parent's image.
+    let recognition = Arc::make_mut(&mut composition.recognition);
+    recognition.left_out_px.clear();
+    recognition.depth = None;
     composition.unread = None;
     composition.masks = masks;
     context.put_json("account.json", &composition.edit).await?;

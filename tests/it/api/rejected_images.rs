@@ -68,6 +68,51 @@ fn generate_rejects_image_without_table() {
 }
 
 #[test]
+fn generate_rejects_depths_that_are_none_of_the_image() {
+    let home = tempfile::tempdir().unwrap();
+    let [(_, page), ..] = without_a_table();
+    page.save(home.path().join("page.png")).unwrap();
+    let depth = |width_px: u32, height_px: u32, depth_mm: u16| {
+        let depths_mm = vec![depth_mm; (width_px * height_px) as usize];
+        imaging::DepthImage::new(width_px, height_px, depths_mm).expect("a depth a pixel").encode_png()
+    };
+    let (width_px, height_px) = page.dimensions();
+    for (name, bytes) in [
+        ("good.png", depth(width_px, height_px, 800)),
+        ("empty.png", depth(width_px, height_px, 0)),
+        ("wide.png", depth(2 * width_px, height_px, 800)),
+    ] {
+        std::fs::write(home.path().join(name), bytes).unwrap();
+    }
+    let fov = ["--set", "photograph.field_of_view_rad=0.6"];
+    let both = ["--set", "photograph.intrinsics_px=500,500,240,200,480,400"];
+    for (arguments, says) in [
+        (vec!["--depth", "good.png"], vec!["--image"]),
+        (
+            vec!["--image", "page.png", "--depth", "good.png"],
+            vec!["--depth good.png", "photograph.intrinsics_px"],
+        ),
+        (
+            [&["--image", "page.png", "--depth", "empty.png"], &fov[..]].concat(),
+            vec!["no pixel has a measurement"],
+        ),
+        (
+            [&["--image", "page.png", "--depth", "wide.png"], &fov[..]].concat(),
+            vec!["--depth wide.png", "same ratio"],
+        ),
+        ([&["--image", "page.png", "--depth", "page.png"], &fov[..]].concat(), vec!["colors of 8 bits"]),
+        ([&["--image", "page.png"], &fov[..], &both[..]].concat(), vec!["intrinsics_px", "one of the two"]),
+        ([&["--image", "page.png", "--depth", "missing.png"], &fov[..]].concat(), vec!["the depth image"]),
+    ] {
+        let output = run(home.path(), &[&["generate", "--out", "out"], &arguments[..]].concat());
+        let said = message(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(says.iter().all(|part| said.contains(part)), "{arguments:?}: {said}");
+        assert!(!home.path().join("out").exists(), "{arguments:?} left a bundle");
+    }
+}
+
+#[test]
 fn generate_rejects_invalid_image_files() {
     let home = tempfile::tempdir().unwrap();
     let [(_, page), ..] = without_a_table();

@@ -113,6 +113,54 @@ async fn text_beside_an_image_is_part_of_the_input() {
 }
 
 #[tokio::test]
+async fn depths_are_part_of_the_input() {
+    let server = Server::start(&Script::new(&[])).await;
+    let image = png(240, 180);
+    let depth = |width_px: u32, height_px: u32| {
+        let depths_mm = vec![900; (width_px * height_px) as usize];
+        imaging::DepthImage::new(width_px, height_px, depths_mm).expect("a depth a pixel").encode_png()
+    };
+    let camera = |numbers: &str| {
+        json!({ "seed": 3, "options": { "set": { "photograph.intrinsics_px": numbers } } }).to_string()
+    };
+    let known = camera("200, 200, 120, 90, 240, 180");
+    let send = |fields: Vec<(&'static str, Vec<u8>)>| {
+        let fields: Vec<(&str, &[u8])> = fields.iter().map(|(name, value)| (*name, &value[..])).collect();
+        let (kind, body) = form(&fields);
+        let server = &server;
+        async move { server.call(Method::POST, "/scenes", &[("content-type", &kind)], body).await }
+    };
+    let with = |depth: Vec<u8>, request: &str| {
+        vec![("image", image.clone()), ("depth", depth), ("request", request.as_bytes().to_vec())]
+    };
+    let alone = send(vec![("image", image.clone()), ("request", known.as_bytes().to_vec())]).await.json();
+    let both = send(with(depth(120, 90), &known)).await;
+    assert_eq!(both.status, 202, "{both:?}");
+    let (input, version) =
+        (both.json()["request"]["input"].clone(), both.json()["request"]["version"].clone());
+    assert_eq!(input["sha256"], alone["request"]["input"]["sha256"]);
+    assert_eq!(input["depth_sha256"].as_str().map(str::len), Some(64), "{input}");
+    assert_eq!((version, alone["request"]["version"].clone()), (json!(5), json!(1)));
+    assert!(alone["request"]["input"].get("depth_sha256").is_none(), "{alone}");
+    let unknown = camera("0, 0, 0, 0, 0, 0");
+    let wide = camera("200, 200, 120, 60, 240, 120");
+    let outside = camera("200, 200, 300, 90, 240, 180");
+    for (fields, expected) in [
+        (vec![("depth", depth(120, 90))], "missing_field"),
+        (with(depth(120, 90), "{}"), "depth_without_intrinsics"),
+        (with(depth(120, 90), &unknown), "depth_without_intrinsics"),
+        (with(depth(120, 90), &wide), "invalid_body"),
+        (with(depth(120, 90), &outside), "invalid_body"),
+        (with(depth(120, 60), &known), "depth_dimensions"),
+        (with(image.clone(), &known), "depth_unreadable"),
+        (with(vec![7; 300], &known), "depth_unreadable"),
+        (with(depth(120, 90)[..60].to_vec(), &known), "depth_unreadable"),
+    ] {
+        assert_eq!(send(fields).await.problem(), (422, expected.into()));
+    }
+}
+
+#[tokio::test]
 async fn the_same_key_makes_one_scene() {
     let server = Server::start(&Script::new(&[])).await;
     let send = |body: Value, key: &'static str| {

@@ -73,7 +73,7 @@ impl Bench {
         hints: Option<Arc<RecognitionHints>>,
     ) -> Result<Recognition, ProviderError> {
         let image = Arc::new(Image::filled(1200, 900, [200, 190, 180, 255]));
-        let reference = ReferenceImage { image, known: None };
+        let reference = ReferenceImage { image, known: None, depth: None };
         let asked = self.analyst.recognize(&self.call, reference, 7, RequestOptions::default(), hints);
         tokio::time::timeout(Duration::from_secs(60), asked).await.expect("nothing hangs")
     }
@@ -104,7 +104,7 @@ async fn every_question_is_left_for_a_judge() {
     bench.describe().await.unwrap();
     let recognition = Arc::new(bench.recognize().await.unwrap());
     let image = Arc::new(Image::filled(300, 200, [200, 190, 180, 255]));
-    let reference = ReferenceImage { image: image.clone(), known: None };
+    let reference = ReferenceImage { image: image.clone(), known: None, depth: None };
     let question = TopCheck { reference, recognition, top: image, seed: 7 };
     let verdict = bench.analyst.check_top_view(&bench.call, question).await.unwrap();
     assert!(!verdict.holds() && verdict.straight_down && verdict.feedback == "leave the spoon out");

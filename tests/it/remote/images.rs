@@ -155,7 +155,7 @@ pub fn half_hidden_ball() -> CompletionRequest {
         }
     }
     CompletionRequest {
-        reference: ReferenceImage { image: Arc::new(image), known: None },
+        reference: ReferenceImage { image: Arc::new(image), known: None, depth: None },
         object: RecognizedObject {
             id: InstanceId::new("ball_1").unwrap(),
             label: "red ball".into(),

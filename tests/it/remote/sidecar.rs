@@ -95,7 +95,7 @@ fn recognition() -> Recognition {
 }
 
 fn image() -> ReferenceImage {
-    ReferenceImage { image: Arc::new(Image::filled(80, 60, [120, 110, 100, 255])), known: None }
+    ReferenceImage { image: Arc::new(Image::filled(80, 60, [120, 110, 100, 255])), known: None, depth: None }
 }
 
 impl Bench {

@@ -15,7 +15,7 @@ use geometry::json_numbers::Fraction;
 use geometry::repair::Repair;
 use scene::appraisal::Appraisal;
 use scene::clutter::ClutterFinding;
-use scene::{InstanceId, Metrics, ReconstructionMethod};
+use scene::{DepthAccount, InstanceId, Metrics, ReconstructionMethod};
 
 /// All measurements of the stage `certify`. Rates are fractions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -368,6 +368,9 @@ pub struct Fidelity {
     /// exclusive. It does not count as missed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out_px: Vec<[u32; 4]>,
+    /// Use of the depth image; absent without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth: Option<DepthAccount>,
     /// Pixels with objects in the image and none in the scene, those of what was not recognized included.
     pub missed: Regions,
     /// Pixels with objects in the scene and none in the image.

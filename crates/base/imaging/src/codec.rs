@@ -235,8 +235,8 @@ impl<'a> StillImage<'a> {
     }
 }
 
-/// The stored pixels and the EXIF orientation.
-fn decode(
+/// The stored pixels, in their own type, and the EXIF orientation.
+pub(crate) fn decode(
     bytes: &[u8],
     accepted: &[ImageFormat],
     limits: &DecodeLimits,

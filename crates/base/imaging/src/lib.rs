@@ -14,6 +14,7 @@
 //! ```
 
 pub mod codec;
+pub mod depth;
 pub mod distance_transform;
 pub mod image;
 pub mod mask;
@@ -24,6 +25,7 @@ pub mod srgb;
 pub mod text;
 pub mod texture;
 
+pub use self::depth::DepthImage;
 pub use self::image::Image;
 pub use self::mask::{Mask, RunLengths};
 pub use self::normal_map::{GreenAxis, normal_map};

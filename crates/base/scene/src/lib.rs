@@ -52,8 +52,8 @@ pub use light::Light;
 pub use money::MicroUsd;
 pub use name::InstanceId;
 pub use recognition::{
-    CameraKnowledge, CategoryStance, InstanceMask, MaskEdges, Recognition, RecognizedObject, RecognizedTable,
-    StandsOn, TippedPose, TopBox, UNNAMED_CATEGORY,
+    CameraKnowledge, CategoryStance, DepthAccount, InstanceMask, MaskEdges, Recognition, RecognizedObject,
+    RecognizedTable, StandsOn, TippedPose, TopBox, UNNAMED_CATEGORY,
 };
 pub use request::{Input, SceneRequest};
 pub use stand_in::StandIn;

@@ -1,6 +1,7 @@
 //! Recognition of an image: camera, table, objects and their masks.
 
 use glam::{DQuat, DVec2, DVec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{InstanceId, RequestedPose, StandIn, TableShape};
@@ -30,6 +31,19 @@ pub struct Recognition {
     /// exclusive.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out_px: Vec<[u32; 4]>,
+    /// Account of the depth image beside the image; `None` without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth: Option<DepthAccount>,
+}
+
+/// Account of the use of a depth image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(description = "Use of the depth image beside the image.")]
+pub struct DepthAccount {
+    /// Whether camera, scale and heights are from the depth; else they are from the image alone.
+    pub is_used: bool,
+    /// The same in words, with the reason where the depth was not used.
+    pub note: String,
 }
 
 validated!(Recognition);

@@ -40,7 +40,7 @@ validated!(SceneRequest);
 
 impl SceneRequest {
     /// The newest version that this program reads. Raised when a stored request has something new.
-    pub const VERSION: u32 = 4;
+    pub const VERSION: u32 = 5;
 
     /// A request in the oldest version that has its input and its options.
     pub fn new(input: Input, seed: u64, options: RequestOptions) -> Self {
@@ -143,6 +143,10 @@ pub enum Input {
         /// Description of the content, beside the image. The image decides where objects are.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         text: Option<String>,
+        /// Digest of the depth image beside the image, which is in the object store too.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
+        depth_sha256: Option<String>,
     },
     /// A finished scene with operations on it.
     Edit {
@@ -174,6 +178,7 @@ impl Input {
     /// The first version of the stored format that has this kind of input.
     fn version(&self) -> u32 {
         match self {
+            Self::Image { depth_sha256: Some(_), .. } => 5,
             Self::Text { .. } | Self::Image { .. } => 1,
             Self::Edit { .. } | Self::Variant { .. } => 2,
         }
@@ -191,7 +196,9 @@ impl Input {
     /// The input of the reference image: the text beside an image does not change it.
     pub fn of_reference(&self) -> Self {
         match self.clone() {
-            Self::Image { sha256, media_type, .. } => Self::Image { sha256, media_type, text: None },
+            Self::Image { sha256, media_type, text: _, depth_sha256 } => {
+                Self::Image { sha256, media_type, text: None, depth_sha256 }
+            }
             text => text,
         }
     }

@@ -21,11 +21,13 @@ mod watershed;
 mod settings;
 mod surfaces;
 mod joint_estimate;
+mod known_camera;
 mod table_top;
 mod table_region;
 mod unread;
 
 pub use candidates::{CandidateRegion, CandidateRegions, candidate_regions};
+pub use known_camera::KnownCamera;
 pub use region_score::RegionFeatures;
 pub use settings::NetworkReadingSettings;
 
@@ -34,6 +36,7 @@ use glam::DVec2;
 use self::bare_top::BareTop;
 use self::instances::DetectedObject;
 use self::joint_estimate::{JointEstimate, Solid};
+use self::known_camera::Measured;
 use self::table_top::{TableTop, TopObservation};
 use super::VisionError;
 use super::mask_repair;
@@ -52,7 +55,7 @@ use imaging::{Image, Mask};
 use runtime::CancelFlag;
 
 /// Reads an image with the network. Deterministic. Cost: about a second on one core with the default settings.
-/// `field_of_view_rad` is the horizontal one of the camera, if it is known.
+/// `known` states intrinsics of its camera and depths of its pixels, if there are any.
 ///
 /// # Errors
 ///
@@ -60,7 +63,7 @@ use runtime::CancelFlag;
 pub fn read_with_network(
     image: &Image,
     network: &impl DensePredictor,
-    field_of_view_rad: Option<f64>,
+    known: &KnownCamera,
     settings: &NetworkReadingSettings,
     cancel: &CancelFlag,
 ) -> Result<ImageReading, VisionError> {
@@ -68,9 +71,6 @@ pub fn read_with_network(
     if width_px.min(height_px) < MIN_SCENE_SIDE_PX {
         return Err(VisionError::TooSmall { width_px, height_px });
     }
-    let known_focal = field_of_view_rad.map(|fov_rad| {
-        0.5 * f64::from(width_px) / (0.5 * fov_rad).tan() / f64::from(width_px.max(height_px))
-    });
     let [whole, maps] = predict_both(image, network, settings, cancel)?;
     let pixels = Pixels::new(image, settings.work_px);
     cancel.check()?;
@@ -83,12 +83,15 @@ pub fn read_with_network(
     let own = found.as_ref().map_or(&[][..], |found| &found.masks[..]);
     let beyond = beyond_top(bare_top.as_ref(), own, &maps, &pixels);
     // Of an image without a top, the missing top is the error.
-    let top_observation = TopObservation::new(&maps, &pixels, &beyond, known_focal.is_some(), settings)?;
+    let top_observation = TopObservation::new(&maps, &pixels, &beyond, settings)?;
     cancel.check()?;
     let Carried { objects: detected, masks, left_out } = found?;
     if detected.is_empty() {
         return Err(VisionError::NoObjects);
     }
+    let on_top = shows_top(bare_top.as_ref(), &maps, &pixels);
+    let measured = Measured::new(known, &on_top, &masks, &pixels);
+    let expected = known.expected(&whole, measured.plane(), [width_px, height_px], &pixels);
     let edges = InnerEdges::new(&pixels);
     let in_front = occluder_masks(&masks);
     let silhouettes: Vec<Vec<usize>> = masks
@@ -99,12 +102,13 @@ pub fn read_with_network(
         objects: &detected,
         silhouettes: &silhouettes,
         in_front: &in_front,
+        heights: &measured.heights,
         edges: &edges,
         maps: &maps,
         pixels: &pixels,
         cancel,
     };
-    let (top, solids) = joint.solve(&top_observation, whole.camera(known_focal))?;
+    let (top, solids) = joint.solve(&top_observation, &expected)?;
     let without_solid = masks.iter().zip(&solids).filter(|(_, solid)| solid.is_none()).map(|(mask, _)| mask);
     let unread = match &bare_top {
         Some(bare_top) => {
@@ -127,13 +131,14 @@ pub fn read_with_network(
     if objects.is_empty() {
         return Err(VisionError::NoObjects);
     }
-    let camera = whole_image(&top.found.camera, width_px, height_px, pixels.scale);
+    let camera = whole_image(&top.found.camera, known.center_px(), [width_px, height_px], pixels.scale);
     assign_supports(&mut objects, &camera, Some(&stands));
     let whole_mask = |bits: &[bool]| pixels.upscale_mask(bits, width_px, height_px);
     let left_out = left_out.iter().map(|mask| whole_mask(mask.bits())).collect();
     let table = table(&top, &whole, &pixels);
-    let bare_top = whole_mask(&shows_top(bare_top.as_ref(), &maps, &pixels));
-    Ok(ImageReading { camera, table, objects, left_out, unread: whole_mask(&unread), bare_top })
+    let (bare_top, unread) = (whole_mask(&on_top), whole_mask(&unread));
+    let depth = measured.depth_use(&top.found.camera);
+    Ok(ImageReading { camera, table, objects, left_out, unread, bare_top, depth })
 }
 
 /// The objects on the table with their masks in the working copy, and the masks of all others.

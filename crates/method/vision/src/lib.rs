@@ -25,6 +25,8 @@
 //! ```
 
 mod error;
+mod intrinsics;
+mod measured_depth;
 mod pixels;
 mod morphology;
 mod polygon;
@@ -49,9 +51,11 @@ pub mod object_recognizer;
 pub use error::VisionError;
 pub use image_encoder::ImageEncoder;
 pub use instance_segmentation::{
-    CandidateRegion, CandidateRegions, NetworkReadingSettings, RegionFeatures, candidate_regions,
-    read_with_network,
+    CandidateRegion, CandidateRegions, KnownCamera, NetworkReadingSettings, RegionFeatures,
+    candidate_regions, read_with_network,
 };
+pub use intrinsics::Intrinsics;
+pub use measured_depth::{DepthDoubt, DepthUse};
 pub use network_weights::{NetworkError, NetworkWeightsError};
 pub use occlusion::{attached_component, occluded_by_convexity, occluded_by_shape};
 pub use reading::{ImageReading, ObjectReading, TableReading, TopShape};

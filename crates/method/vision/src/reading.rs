@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::measured_depth::DepthUse;
 use super::pixels::Pixels;
 use super::shape_fit::{PosedPrimitive, PrimitiveKind};
 use geometry::{Camera, Pose, Rgb};
@@ -22,6 +23,8 @@ pub struct ImageReading {
     pub unread: Mask,
     /// Pixels, as large as the image, of the bare top.
     pub bare_top: Mask,
+    /// Contribution of the depth image; `None` without one.
+    pub depth: Option<DepthUse>,
 }
 
 /// Shape class of a table top.
@@ -88,19 +91,36 @@ impl ImageReading {
         self.table.height = self.table.height.map(|h| factor * h);
         self.table.outline.iter_mut().for_each(|p| *p *= factor);
         self.objects.iter_mut().for_each(|object| object.solid = object.solid.scaled(factor));
+        if let Some(DepthUse::Used { meters_per_unit, .. }) = &mut self.depth {
+            *meters_per_unit /= factor;
+        }
         self
+    }
+
+    /// Meters per unit of the reading as a depth image measured them.
+    pub fn measured_meters_per_unit(&self) -> Option<f64> {
+        match self.depth {
+            Some(DepthUse::Used { meters_per_unit, .. }) => Some(meters_per_unit),
+            Some(DepthUse::Unused(_)) | None => None,
+        }
     }
 }
 
-/// The camera of the image, from that of the working copy.
-pub(crate) fn whole_image(camera: &Camera, width_px: u32, height_px: u32, scale: f64) -> Camera {
+/// The camera of the image, from that of the working copy. Without a stated principal point it is the center.
+pub(crate) fn whole_image(
+    camera: &Camera,
+    center_px: Option<DVec2>,
+    [width_px, height_px]: [u32; 2],
+    scale: f64,
+) -> Camera {
+    let center_px = center_px.unwrap_or(0.5 * DVec2::new(f64::from(width_px), f64::from(height_px)));
     Camera {
         width_px,
         height_px,
         fx: camera.fx / scale,
         fy: camera.fy / scale,
-        cx: 0.5 * f64::from(width_px),
-        cy: 0.5 * f64::from(height_px),
+        cx: center_px.x,
+        cy: center_px.y,
         world_from_camera: camera.world_from_camera,
     }
 }

@@ -71,14 +71,7 @@ impl SceneAnalyst for EmbeddedAnalyst {
             Some(known) => Ok(known.recognition.clone()),
             None => {
                 let hints = hints.as_deref();
-                single_view_reconstruction::recognize(
-                    &reference.image,
-                    seed,
-                    &options,
-                    hints,
-                    &reader,
-                    cancel,
-                )
+                single_view_reconstruction::recognize(&reference, seed, &options, hints, &reader, cancel)
             }
         }))
     }

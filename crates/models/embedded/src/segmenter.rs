@@ -36,7 +36,7 @@ impl Segmenter for EmbeddedSegmenter {
                 let (masks, edges) = (known.masks.clone(), known.mask_edges);
                 Ok(Segmentation { masks, edges, unread: None, bare_top: None })
             }
-            None => single_view_reconstruction::segment(&reference.image, &recognition, &reader, cancel),
+            None => single_view_reconstruction::segment(&reference, &recognition, &reader, cancel),
         }))
     }
 

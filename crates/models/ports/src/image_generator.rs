@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Adapter, Answer, Call};
 use geometry::Camera;
-use imaging::{Image, Mask};
+use imaging::{DepthImage, Image, Mask};
 use scene::predicates::Unmet;
 use scene::{InstanceId, InstanceMask, MaskEdges, Recognition, RecognizedObject, SceneDescription};
 
@@ -114,6 +114,8 @@ pub struct ReferenceImage {
     pub image: Arc<Image>,
     /// The annotations of a rendered image; `None` for any other image.
     pub known: Option<Arc<ImageAnnotations>>,
+    /// Depths of the pixels, in the size of the image.
+    pub depth: Option<Arc<DepthImage>>,
 }
 
 /// The instance to complete.

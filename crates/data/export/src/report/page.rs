@@ -96,8 +96,11 @@ fn verdict(page: &mut Html, report: &Report<'_>) {
             page.user_text(text);
             page.close();
         }
-        Input::Image { sha256, media_type, text } => {
-            let words = format!("made from an image ({media_type}, SHA-256 {sha256})");
+        Input::Image { sha256, media_type, text, depth_sha256 } => {
+            let mut words = format!("made from an image ({media_type}, SHA-256 {sha256})");
+            if let Some(depth_sha256) = depth_sha256 {
+                words += &format!(" and its depths (SHA-256 {depth_sha256})");
+            }
             page.leaf("p", &[("class", "asked")], &words);
             if let Some(text) = text {
                 page.open("blockquote", &[]);

@@ -300,6 +300,7 @@ pub(super) fn specimen() -> (Scene, Certificate, Assets, Images) {
         fidelity: Fidelity {
             is_judged: true,
             left_out_px: vec![[1, 2, 30, 40]],
+            depth: None,
             silhouette_iou: 0.9,
             color_difference: Some(6.5),
             missed: Regions {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use crate::benchmark::images::{ImageBench, Reader};
+use crate::benchmark::images::{BesideImage, ImageBench, Reader};
 use crate::benchmark::layout::LayoutBench;
 use embedded::single_view_reconstruction::{ImageReader, ReadingNetwork};
 use gpu::Compute;
@@ -38,7 +38,7 @@ pub fn image_bench(
     resolved: &Resolved,
     perfect_maps: bool,
     with_text: bool,
-    with_intrinsics: bool,
+    beside: BesideImage,
 ) -> Result<ImageBench, ConfigErrors> {
     let single_view = tabletopgen::app::pipeline::adapters(&resolved.config).photograph;
     let network = tabletopgen::app::network::load(resolved)?;
@@ -48,7 +48,7 @@ pub fn image_bench(
         Reader::Usual(ImageReader::new(network.clone(), single_view.clone()))
     };
     let text_parser = with_text.then(|| resolved.config.analyst.clone());
-    Ok(ImageBench { reader, network, single_view, text_parser, with_intrinsics })
+    Ok(ImageBench { reader, network, single_view, text_parser, beside })
 }
 
 /// The CPU pool shared by all computation of a run.

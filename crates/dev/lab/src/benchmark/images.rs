@@ -4,6 +4,7 @@
 //! backdrop with any other split ([`crate::synthetic_images::split`]); thresholds are chosen on the validation
 //! split. The comparison is defined in [`score`], the compared quantities in [`estimate`].
 
+pub mod depth_sensor;
 pub mod perfect_maps;
 pub mod estimate;
 pub mod text_beside;
@@ -21,16 +22,21 @@ use self::estimate::TableEstimate;
 use self::perfect_maps::PerfectMaps;
 use self::regions::ImageRegions;
 use self::score::ImageScore;
-use crate::synthetic_images::{Split, SyntheticImage, synthesize};
+use crate::synthetic_images::{ImageTruth, Split, SyntheticImage, synthesize};
 use embedded::single_view_reconstruction::{
-    ImageReader, ReadingNetwork, SingleViewSettings, at_usual_scale, name_objects,
+    ImageReader, ReadingNetwork, SingleViewSettings, at_usual_scale, name_objects, scale_correction,
 };
 use embedded::text_parser::TextParserSettings;
+use geometry::Camera;
+use glam::DVec2;
+use imaging::DepthImage;
 use runtime::{CancelFlag, Cancelled};
+use scene::request::RequestOptions;
 use vision::category_fit;
 use vision::category_fit::CategoryAssignment;
 use vision::{
-    CandidateRegions, ImageReading, NetworkReadingSettings, VisionError, candidate_regions, read_with_network,
+    CandidateRegions, ImageReading, Intrinsics, KnownCamera, NetworkReadingSettings, VisionError,
+    candidate_regions, read_with_network,
 };
 
 /// Number of images in the set.
@@ -49,8 +55,36 @@ pub struct ImageBench {
     pub single_view: SingleViewSettings,
     /// The parser of texts beside the images; `None` = images without texts.
     pub text_parser: Option<TextParserSettings>,
-    /// Whether the reader gets the field of view of each image's camera.
-    pub with_intrinsics: bool,
+    pub beside: BesideImage,
+}
+
+/// Knowledge that the reader gets beside each image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BesideImage {
+    #[default]
+    Nothing,
+    /// The intrinsics of the camera.
+    Intrinsics,
+    /// The intrinsics, and the exact depths in whole millimeters.
+    Depth,
+    /// The intrinsics, and the depths as a sensor measures them ([`depth_sensor`]).
+    SensorDepth,
+}
+
+impl BesideImage {
+    fn intrinsics_px(self, truth: &ImageTruth) -> Option<[f64; 6]> {
+        let Camera { fx, fy, cx, cy, width_px, height_px, .. } = truth.camera;
+        let intrinsics_px = [fx, fy, cx, cy, f64::from(width_px), f64::from(height_px)];
+        (self != Self::Nothing).then_some(intrinsics_px)
+    }
+
+    fn depth(self, sample: &SyntheticImage) -> Option<DepthImage> {
+        match self {
+            Self::Nothing | Self::Intrinsics => None,
+            Self::Depth => Some(sample.depth.clone()),
+            Self::SensorDepth => Some(depth_sensor::measured(&sample.depth, sample.truth.number)),
+        }
+    }
 }
 
 /// The reader under test.
@@ -66,18 +100,23 @@ impl Reader {
     fn reading(
         &self,
         sample: &SyntheticImage,
-        with_intrinsics: bool,
+        beside: BesideImage,
         cancel: &CancelFlag,
     ) -> Result<ImageReading, VisionError> {
-        let image = &sample.image;
-        let fov_rad = with_intrinsics.then_some(sample.truth.fov_x_rad);
-        match (self, fov_rad) {
-            (Self::Usual(reader), Some(fov_rad)) => {
-                Ok((*reader.with_field_of_view(fov_rad).reading(image, cancel)?).clone())
+        let (image, depth) = (&sample.image, beside.depth(sample));
+        match (self, beside.intrinsics_px(&sample.truth)) {
+            (Self::Usual(reader), Some(intrinsics_px)) => {
+                let reader = reader.with_intrinsics(intrinsics_px);
+                Ok((*reader.reading(image, depth.as_ref(), cancel)?).clone())
             }
-            (Self::Usual(reader), None) => Ok((*reader.reading(image, cancel)?).clone()),
-            (Self::PerfectMaps(settings), _) => {
-                read_with_network(image, &PerfectMaps::new(sample), fov_rad, settings, cancel)
+            (Self::Usual(reader), None) => Ok((*reader.reading(image, None, cancel)?).clone()),
+            (Self::PerfectMaps(settings), intrinsics_px) => {
+                let intrinsics = intrinsics_px.map(|[fx, fy, cx, cy, ..]| Intrinsics {
+                    focal_px: DVec2::new(fx, fy),
+                    center_px: Some(DVec2::new(cx, cy)),
+                });
+                let known = KnownCamera { intrinsics, depth: depth.as_ref() };
+                read_with_network(image, &PerfectMaps::new(sample), &known, settings, cancel)
             }
         }
     }
@@ -115,7 +154,7 @@ impl ImageBench {
         sample: &SyntheticImage,
         cancel: &CancelFlag,
     ) -> Result<(ImageResult, Option<TableEstimate>), Cancelled> {
-        let labeled = self.reader.reading(sample, self.with_intrinsics, cancel);
+        let labeled = self.reader.reading(sample, self.beside, cancel);
         let read = match labeled.and_then(|reading| self.label(sample, &reading, cancel)) {
             Ok(read) => Ok(read),
             Err(VisionError::Cancelled(cancelled)) => return Err(cancelled),
@@ -148,6 +187,7 @@ impl ImageBench {
     ) -> Result<TableEstimate, VisionError> {
         let mut read = TableEstimate::from(reading);
         let scaled = at_usual_scale(reading, &self.single_view);
+        let eye = |reading: &ImageReading| reading.camera.world_from_camera.translation_m.z;
         let settings = &self.single_view.naming;
         let guesses = self.network.guesses(&sample.image, &scaled, settings, cancel)?;
         let evidence = category_fit::evidence(&sample.image, &scaled, &guesses, settings, cancel)?;
@@ -156,6 +196,8 @@ impl ImageBench {
         let foreign = category_fit::assign_categories(&evidence, settings, |object, category| {
             own[object] != Some(category)
         });
+        let correction = scale_correction(given.scale, false, &RequestOptions::default(), &scaled);
+        read.meters_per_unit = correction * eye(&scaled) / eye(reading);
         let labels = |objects: Vec<Option<CategoryAssignment>>| {
             objects.into_iter().map(|name| name.map(|name| name.category_match.category))
         };

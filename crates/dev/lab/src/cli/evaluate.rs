@@ -18,6 +18,7 @@ use futures::{StreamExt, stream};
 use super::split::SplitName;
 use crate::app::evaluation;
 use crate::app::evaluation::Opened;
+use crate::benchmark::images::BesideImage;
 use crate::benchmark::layout::{Difficulty, LayoutBench, SceneScore};
 use crate::benchmark::report::{Report, Section};
 use crate::benchmark::scenes::{BenchmarkScene, scenes, spread};
@@ -53,9 +54,12 @@ pub struct Arguments {
     /// Images: also give each image a text that lists its objects, and count the labels with and without it
     #[arg(long)]
     with_text: bool,
-    /// Images: also give the reader the field of view of each image's camera
+    /// Images: also give the reader the intrinsics of each image's camera
     #[arg(long)]
     with_intrinsics: bool,
+    /// Images: also give the reader intrinsics and depths, exact ones or as a sensor measures them
+    #[arg(long, value_enum, value_name = "QUALITY", conflicts_with = "with_intrinsics")]
+    with_depth: Option<DepthQuality>,
     /// Folder for SET.md and SET.json, or one of these files; the other is written beside it
     #[arg(long, value_name = "PATH", default_value = "out/evaluate")]
     out: PathBuf,
@@ -75,6 +79,26 @@ pub struct Arguments {
     /// TOML file laid over the default settings
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+}
+
+/// Quality of the depths beside images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum DepthQuality {
+    /// Whole millimeters
+    Exact,
+    /// With the noise, the holes and the edges of a structured-light camera
+    Sensor,
+}
+
+impl Arguments {
+    fn beside(&self) -> BesideImage {
+        match (self.with_depth, self.with_intrinsics) {
+            (Some(DepthQuality::Exact), _) => BesideImage::Depth,
+            (Some(DepthQuality::Sensor), _) => BesideImage::SensorDepth,
+            (None, true) => BesideImage::Intrinsics,
+            (None, false) => BesideImage::Nothing,
+        }
+    }
 }
 
 /// The benchmark sets.

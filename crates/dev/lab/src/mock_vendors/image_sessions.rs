@@ -165,7 +165,11 @@ impl ImageSessions {
             return Ok(known.clone());
         }
         let request = TopViewRequest {
-            reference: ReferenceImage { image: Arc::new(of.recognized.image.clone()), known: None },
+            reference: ReferenceImage {
+                image: Arc::new(of.recognized.image.clone()),
+                known: None,
+                depth: None,
+            },
             recognition: Arc::new(of.recognized.recognition.clone()),
             masks: Arc::new(of.recognized.masks.clone()),
             rendered: of.recognized.top.clone(),
@@ -271,7 +275,7 @@ impl ImageSessions {
 
     async fn analyze(&self, image: Image) -> Result<RecognizedImage, VendorError> {
         let Ports { analyst, segmenter, image_generator, .. } = &self.ports;
-        let reference = ReferenceImage { image: Arc::new(image.clone()), known: None };
+        let reference = ReferenceImage { image: Arc::new(image.clone()), known: None, depth: None };
         let options = RequestOptions::default();
         let recognition = analyst.recognize(&self.call, reference.clone(), self.seed, options, None).await?;
         let recognition_of = Arc::new(recognition.clone());

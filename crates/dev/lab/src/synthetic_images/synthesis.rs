@@ -15,8 +15,8 @@ use super::truth::{ImageTruth, Labels, ObjectTruth, TableTruth};
 use super::viewpoint::{self, Viewpoint};
 use catalog::{Category, categories};
 use geometry::{Camera, Pose};
-use imaging::Image;
 use imaging::srgb::LINEAR_OF_SRGB;
+use imaging::{DepthImage, Image};
 use rand::RngExt;
 use render::{
     Background, Floor, GeometryFrame, RenderObject, RenderSettings, SceneCache, View, render_geometry,
@@ -43,6 +43,8 @@ pub struct SyntheticImage {
     /// The decoded JPEG file.
     pub image: Image,
     pub labels: Labels,
+    /// Exact depths of the front-most surfaces; 0 for the backdrop, which has no geometry.
+    pub depth: DepthImage,
     pub truth: ImageTruth,
 }
 
@@ -113,7 +115,17 @@ fn develop(scenery: &Scenery, size_px: u32) -> SyntheticImage {
         table: scene.table_truth(),
         objects: scene.object_truths(&labels, view),
     };
-    SyntheticImage { image: decoded(&jpeg), jpeg, labels, truth }
+    SyntheticImage { image: decoded(&jpeg), jpeg, labels, depth: depth_image(&frame.front), truth }
+}
+
+/// The depths of a frame in whole millimeters; 0 beyond the range of 16 bits.
+fn depth_image(front: &GeometryFrame) -> DepthImage {
+    let whole_mm = |depth_m: &f32| {
+        let depth_mm = (1e3 * depth_m).round();
+        if depth_mm.is_finite() && depth_mm <= f32::from(u16::MAX) { depth_mm as u16 } else { 0 }
+    };
+    let depths_mm = front.depth_m.iter().map(whole_mm).collect();
+    DepthImage::new(front.width_px, front.height_px, depths_mm).expect("a frame has a depth a pixel")
 }
 
 /// Objects in their placed poses; smaller objects are drawn if none of the first draw finds space.

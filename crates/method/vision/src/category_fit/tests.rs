@@ -46,6 +46,7 @@ pub(super) fn seen(mesh: &TexturedMesh, yaw_rad: f64) -> (Image, ImageReading) {
         left_out: Vec::new(),
         unread: Mask::empty(480, 360),
         bare_top: Mask::empty(480, 360),
+        depth: None,
     };
     (rendered.color, reading)
 }

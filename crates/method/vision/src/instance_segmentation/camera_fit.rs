@@ -1,36 +1,79 @@
 //! Camera estimate: the network's prior, corrected by the outline of a level table top.
 //!
-//! The camera is level (no roll), and its principal point is the center of the image. The network's elevation and
-//! focal length are observations with a fixed standard deviation. So are the corners of a rectangle, or the
-//! extremes of a circle's ellipse.
+//! The camera is level (no roll) unless a depth image measured its roll, and its principal point is the center of the
+//! image unless the client states another one. Elevation and focal length of the prior are observations with a fixed
+//! standard deviation. So are the corners of a rectangle, or the extremes of a circle's ellipse.
 //!
 //! The estimate is the least-squares solution over all observations. A frontal outline cannot separate pitch from
 //! focal length, so the prior decides there. For other outlines the prior is the only observation.
 //!
 //! Unit of length: width of the top. World origin: center of the top.
 
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 use super::ellipse::Ellipse;
-use geometry::Camera;
 use geometry::optimize::least_squares;
+use geometry::{Camera, Pose};
 
 /// Standard deviations of the network's camera. On validation images the elevation error is 0.1. With that value
 /// tops are read worse (rectangles to 1.9 degrees instead of 1.7, circles to 0.8 instead of 0.5).
 const ELEVATION_SIGMA_RAD: f64 = 0.15;
-pub(crate) const LOG_FOCAL_SIGMA: f64 = 0.22;
+/// Standard deviations of an elevation that a depth image measured, and of the focal length that it was measured with.
+const MEASURED_ELEVATION_SIGMA_RAD: f64 = 0.001;
+const MEASURED_LOG_FOCAL_SIGMA: f64 = 0.0005;
+const LOG_FOCAL_SIGMA: f64 = 0.22;
 /// Standard deviation of the logarithm of a focal length that the client states.
-pub(crate) const KNOWN_LOG_FOCAL_SIGMA: f64 = 0.01;
+const KNOWN_LOG_FOCAL_SIGMA: f64 = 0.01;
 
-/// Size of the working copy, and the network's estimate of its camera.
+/// Camera of the working copy before the outline of the top is known.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ExpectedCamera {
+    pub elevation_rad: f64,
+    /// Longer sides of the image.
+    pub focal: f64,
+    /// Whether the client states the focal length.
+    pub is_focal_known: bool,
+    /// Rotation about the optical axis as a depth image measured it, with the elevation.
+    pub measured_roll_rad: Option<f64>,
+    /// Principal point in the copy and ratio of the vertical to the horizontal focal length, where the client states
+    /// them.
+    pub lens: Option<Lens>,
+}
+
+/// Deviations of a camera from square pixels and a centered principal point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lens {
+    pub center_px: DVec2,
+    pub focal_ratio: f64,
+}
+
+impl ExpectedCamera {
+    /// The same camera at another elevation.
+    pub fn at(&self, elevation_rad: f64) -> Self {
+        Self { elevation_rad, ..*self }
+    }
+
+    fn log_focal_sigma(&self) -> f64 {
+        match (self.measured_roll_rad, self.is_focal_known) {
+            (Some(_), _) => MEASURED_LOG_FOCAL_SIGMA,
+            (None, true) => KNOWN_LOG_FOCAL_SIGMA,
+            (None, false) => LOG_FOCAL_SIGMA,
+        }
+    }
+}
+
+/// Size of the working copy, and the estimate of its camera.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraPrior {
     pub width_px: u32,
     pub height_px: u32,
     pub elevation_rad: f64,
+    pub elevation_sigma_rad: f64,
     pub focal_px: f64,
     /// Standard deviation of the focal length's logarithm.
     pub log_focal_sigma: f64,
+    pub measured_roll_rad: Option<f64>,
+    pub lens: Option<Lens>,
     /// Standard deviation of corners and edges of the outline, pixels.
     pub outline_sigma_px: f64,
 }
@@ -45,6 +88,24 @@ pub(crate) struct TableCamera {
 }
 
 impl CameraPrior {
+    /// The prior of an expected camera in a copy of that size.
+    pub fn new(expected: &ExpectedCamera, [width_px, height_px]: [u32; 2], outline_sigma_px: f64) -> Self {
+        Self {
+            width_px,
+            height_px,
+            elevation_rad: expected.elevation_rad.clamp(0.03, 1.55),
+            elevation_sigma_rad: match expected.measured_roll_rad {
+                Some(_) => MEASURED_ELEVATION_SIGMA_RAD,
+                None => ELEVATION_SIGMA_RAD,
+            },
+            focal_px: expected.focal * f64::from(width_px.max(height_px)),
+            log_focal_sigma: expected.log_focal_sigma(),
+            measured_roll_rad: expected.measured_roll_rad,
+            lens: expected.lens,
+            outline_sigma_px,
+        }
+    }
+
     /// The camera that projects a level rectangle onto these corners, in the order of growing angle (y down).
     pub fn rectangle(&self, corners: &[DVec2; 4]) -> Option<TableCamera> {
         let center = corners.iter().sum::<DVec2>() / 4.0;
@@ -140,7 +201,15 @@ impl CameraPrior {
             elevation_rad.sin(),
         );
         let fov_x_rad = 2.0 * (0.5 * f64::from(self.width_px) / log_focal.clamp(2.0, 12.0).exp()).atan();
-        Some(Camera::look_at(self.width_px, self.height_px, fov_x_rad, eye, eye - offset))
+        let mut camera = Camera::look_at(self.width_px, self.height_px, fov_x_rad, eye, eye - offset);
+        if let Some(roll_rad) = self.measured_roll_rad {
+            let pose = &mut camera.world_from_camera;
+            *pose = Pose { rotation: pose.rotation * DQuat::from_rotation_z(roll_rad), ..*pose };
+        }
+        if let Some(Lens { center_px, focal_ratio }) = self.lens {
+            (camera.cx, camera.cy, camera.fy) = (center_px.x, center_px.y, focal_ratio * camera.fx);
+        }
+        Some(camera)
     }
 
     /// Initial position of the eye: the ray through the center of the outline, at the distance that follows from
@@ -154,7 +223,7 @@ impl CameraPrior {
 
     /// Deviation from the prior, in its standard deviations.
     fn prior_residuals(&self, elevation_rad: f64, log_focal: f64) -> [f64; 2] {
-        let elevation = (elevation_rad - self.elevation_rad) / ELEVATION_SIGMA_RAD;
+        let elevation = (elevation_rad - self.elevation_rad) / self.elevation_sigma_rad;
         [elevation, (log_focal - self.focal_px.ln()) / self.log_focal_sigma]
     }
 }
@@ -171,17 +240,19 @@ mod tests {
 
     const FOV_X_RAD: f64 = 0.6109;
 
+    fn expected(elevation_rad: f64, focal_px: f64) -> ExpectedCamera {
+        ExpectedCamera {
+            elevation_rad,
+            focal: focal_px / 768.0,
+            is_focal_known: false,
+            measured_roll_rad: None,
+            lens: None,
+        }
+    }
+
     /// A prior with a typical error of the network.
     fn prior(elevation_rad: f64, focal_px: f64) -> CameraPrior {
-        let (elevation_rad, focal_px) = (elevation_rad + 0.04, 1.15 * focal_px);
-        CameraPrior {
-            width_px: 768,
-            height_px: 576,
-            elevation_rad,
-            focal_px,
-            log_focal_sigma: LOG_FOCAL_SIGMA,
-            outline_sigma_px: 0.1,
-        }
+        CameraPrior::new(&expected(elevation_rad + 0.04, 1.15 * focal_px), [768, 576], 0.1)
     }
 
     fn orbit(azimuth: f64, elevation: f64, aim: DVec3) -> Camera {
@@ -215,6 +286,29 @@ mod tests {
             let found = prior(elevation, camera.fx).circle(&ellipse).expect("a camera");
             assert!((found.camera.elevation_rad() - elevation).abs() < 0.02, "{found:?}");
         }
+    }
+
+    #[test]
+    fn measured_angles_hold_against_the_outline() {
+        let mut camera = orbit(0.3, 0.7, DVec3::new(0.05, -0.02, 0.0));
+        let pose = camera.world_from_camera;
+        let rolled = Pose { rotation: pose.rotation * DQuat::from_rotation_z(0.1), ..pose };
+        camera.world_from_camera = rolled;
+        (camera.cx, camera.cy, camera.fy) = (420.0, 250.0, 1.02 * camera.fx);
+        // Corners as a wrong outline has them: 3 % too wide.
+        let corners = [(-0.515, 0.3), (0.515, 0.3), (0.515, -0.3), (-0.515, -0.3)]
+            .map(|(x, y)| camera.project(DVec3::new(x, y, 0.0)).expect("in front").0);
+        let known = ExpectedCamera {
+            is_focal_known: true,
+            measured_roll_rad: Some(0.1),
+            lens: Some(Lens { center_px: DVec2::new(420.0, 250.0), focal_ratio: 1.02 }),
+            ..expected(0.7, camera.fx)
+        };
+        let found = CameraPrior::new(&known, [768, 576], 0.1).rectangle(&corners).expect("a camera");
+        assert!((found.camera.elevation_rad() - 0.7).abs() < 1e-3, "{found:?}");
+        assert!((found.camera.fx / camera.fx - 1.0).abs() < 1e-3, "{found:?}");
+        assert!((found.depth - 0.6 / 1.03).abs() < 2e-3, "{found:?}");
+        assert!((found.camera.world_from_camera.translation_m * 1.03 - pose.translation_m).length() < 4e-3);
     }
 
     #[test]

@@ -7,9 +7,11 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::camera_fit::ExpectedCamera;
 use super::instances::DetectedObject;
 use super::table_top::{TableTop, TopObservation};
 use crate::VisionError;
+use crate::measured_depth::HeightRange;
 use crate::pixels::Pixels;
 use crate::reading::TopShape;
 use crate::shape_fit;
@@ -25,6 +27,14 @@ const BASE_SIGMA: f64 = 1.5;
 const MIN_HEIGHT: f64 = 0.002;
 /// Standard deviation of the predicted elevation, on validation images.
 const ELEVATION_SIGMA_RAD: f64 = 0.1;
+/// Standard deviation of the logarithm of a measured height, beside the noise of the depth.
+const MEASURED_LOG_HEIGHT_SIGMA: f64 = 0.05;
+/// The lowest visible surface of an object on the table lies lower than this, in standard deviations of a height and as
+/// a share of the object's top.
+const ON_TABLE_SIGMAS: f64 = 4.0;
+const ON_TABLE_SHARE: f64 = 0.2;
+/// Minimum ratio of the predicted height of a support to that of the lowest visible surface on it.
+const MIN_PREDICTED_SHARE: f64 = 0.3;
 /// Step between the hypotheses, and their number on either side of the prediction.
 const ELEVATION_STEP_RAD: f64 = 0.06;
 const STEPS_PER_SIDE: i32 = 3;
@@ -44,6 +54,8 @@ pub(super) struct JointEstimate<'a> {
     pub silhouettes: &'a [Vec<usize>],
     /// Masks of the occluders of each object.
     pub in_front: &'a [Mask],
+    /// Measured heights of each object; `None` where they are not measured.
+    pub heights: &'a [Option<HeightRange>],
     pub edges: &'a InnerEdges,
     pub maps: &'a Maps,
     pub pixels: &'a Pixels,
@@ -52,24 +64,22 @@ pub(super) struct JointEstimate<'a> {
 
 impl JointEstimate<'_> {
     /// The top under the best camera, and the best primitive of each object there; `None` for objects that no
-    /// primitive fits. The prior is the predicted elevation (radians) and focal length (longer sides of the
-    /// image).
+    /// primitive fits. A measured elevation is taken as it is.
     pub fn solve(
         &self,
         seen: &TopObservation,
-        (prior_rad, focal): (f64, f64),
+        expected: &ExpectedCamera,
     ) -> Result<(TableTop, Vec<Option<Solid>>), VisionError> {
-        let first = seen.with_camera(prior_rad, focal).ok_or(VisionError::NoCamera)?;
-        if constrains_elevation(&first) {
+        let first = seen.with_camera(expected).ok_or(VisionError::NoCamera)?;
+        if constrains_elevation(&first) || expected.measured_roll_rad.is_some() {
             let (solids, _) = self.fit_solids(&first)?;
             return Ok((first, solids));
         }
         let hypothesis = |steps: f64| -> Result<Option<ElevationHypothesis>, Cancelled> {
             let off_rad = ELEVATION_STEP_RAD * steps;
             // Under another camera the top may be of another shape, or not exist.
-            let Some(top) =
-                seen.with_camera(prior_rad + off_rad, focal).filter(|top| !constrains_elevation(top))
-            else {
+            let tried = expected.at(expected.elevation_rad + off_rad);
+            let Some(top) = seen.with_camera(&tried).filter(|top| !constrains_elevation(top)) else {
                 return Ok(None);
             };
             let (solids, merit) = self.fit_solids(&top)?;
@@ -90,52 +100,71 @@ impl JointEstimate<'_> {
 
     /// The best primitive of each object under the top's camera, and the sum of their scores.
     fn fit_solids(&self, top: &TableTop) -> Result<(Vec<Option<Solid>>, f64), Cancelled> {
-        let seen = self.objects.par_iter().zip(self.silhouettes).zip(self.in_front);
-        let fits = seen
-            .map(|((object, silhouette), in_front)| {
+        let fits = (0..self.objects.len())
+            .into_par_iter()
+            .map(|index| {
                 self.cancel.check()?;
-                Ok(self.solid(object, silhouette, in_front, top))
+                Ok(self.solid(index, top))
             })
             .collect::<Result<Vec<Option<(Solid, f64)>>, Cancelled>>()?;
         let merit = fits.iter().flatten().map(|(_, merit)| merit).sum();
         Ok((fits.into_iter().map(|fit| fit.map(|(solid, _)| solid)).collect(), merit))
     }
 
-    fn solid(
-        &self,
-        object: &DetectedObject,
-        silhouette: &[usize],
-        in_front: &Mask,
-        top: &TableTop,
-    ) -> Option<(Solid, f64)> {
+    fn solid(&self, index: usize, top: &TableTop) -> Option<(Solid, f64)> {
         let camera = &top.found.camera;
         let eye_height = camera.world_from_camera.translation_m.z;
-        let prior = self.expected(object, camera);
+        let prior = self.expected(index, camera);
         let support = prior.as_ref().map_or(0.0, |(_, support)| *support);
         let around = Surroundings {
-            in_front: Some(in_front.bits()),
+            in_front: Some(self.in_front[index].bits()),
             top: Some((&top.outline, (eye_height - support) / eye_height)),
         };
         let expected = prior.as_ref().map(|(expected, _)| expected);
-        let (fit, merit) = shape_fit::fit(silhouette, camera, Some(self.edges), expected, &around)?;
+        let (fit, merit) =
+            shape_fit::fit(&self.silhouettes[index], camera, Some(self.edges), expected, &around)?;
         Some((Solid { fit, support }, merit))
     }
 
     /// The shape prior of an object as if it stood on the table along the same rays, and the height of its
     /// support. `None` if its base lies above the horizon.
-    fn expected(&self, object: &DetectedObject, camera: &Camera) -> Option<(ShapePrior, f64)> {
+    fn expected(&self, index: usize, camera: &Camera) -> Option<(ShapePrior, f64)> {
+        let object = &self.objects[index];
         let in_copy = |p: DVec2| self.pixels.scale * self.maps.in_image(p);
         let row = |y: f64| in_copy(DVec2::new(object.base.x, y));
         let eye_height = camera.world_from_camera.translation_m.z;
         let ground = camera.meet_plane(row(object.ground_row), 0.0)?.truncate();
-        let support = height_over(camera, ground, in_copy(object.base)).clamp(0.0, 0.9 * eye_height);
-        let top = height_over(camera, ground, row(object.top_row));
+        let predicted = height_over(camera, ground, in_copy(object.base)).clamp(0.0, 0.9 * eye_height);
+        let (support, top, sigma) = match &self.heights[index] {
+            Some(measured) => {
+                let support = measured_support(measured, predicted / eye_height);
+                (support * eye_height, measured.top * eye_height, measured.sigma * eye_height)
+            }
+            None => (predicted, height_over(camera, ground, row(object.top_row)), 0.0),
+        };
         let height = (top - support).max(MIN_HEIGHT * eye_height);
+        let log_height_sigma = match &self.heights[index] {
+            Some(_) => MEASURED_LOG_HEIGHT_SIGMA.hypot(sigma / height),
+            None => ShapePrior::LOG_HEIGHT_SIGMA,
+        };
         let sigma_px = BASE_SIGMA * self.maps.pixel_px() * self.pixels.scale;
         let base = BasePrior { at_px: in_copy(object.base), sigma_px };
         // An object on a support is nearer to the camera, so its proxy on the table is larger.
         let height = height * eye_height / (eye_height - support);
-        Some((ShapePrior { base: Some(base), height }, support))
+        Some((ShapePrior { base: Some(base), height, log_height_sigma }, support))
+    }
+}
+
+/// Height of an object's support, in heights of the camera. `predicted` is the network's, and decides where the lower
+/// part of an object is hidden.
+fn measured_support(heights: &HeightRange, predicted: f64) -> f64 {
+    let HeightRange { bottom, top, sigma } = *heights;
+    if bottom < (ON_TABLE_SIGMAS * sigma).max(ON_TABLE_SHARE * top) {
+        0.0
+    } else if predicted > MIN_PREDICTED_SHARE * bottom {
+        bottom
+    } else {
+        predicted
     }
 }
 

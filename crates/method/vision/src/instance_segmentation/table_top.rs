@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::NetworkReadingSettings;
-use super::camera_fit::{CameraPrior, KNOWN_LOG_FOCAL_SIGMA, LOG_FOCAL_SIGMA, TableCamera};
+use super::camera_fit::{CameraPrior, ExpectedCamera, TableCamera};
 use super::ellipse::Ellipse;
 use super::table_region::TopRegion;
 use crate::VisionError;
@@ -46,7 +46,6 @@ pub(crate) struct TableTop {
 pub(crate) struct TopObservation {
     size_px: [u32; 2],
     outline_sigma_px: f64,
-    log_focal_sigma: f64,
     hull: Vec<DVec2>,
     /// Edge of an irregular top: the hull if the deviations are noise.
     smooth: Vec<DVec2>,
@@ -58,13 +57,11 @@ pub(crate) struct TopObservation {
 }
 
 impl TopObservation {
-    /// Extracts the top from the maps of the crop around the table, less the pixels `beyond` it. The focal length of
-    /// the camera may be known.
+    /// Extracts the top from the maps of the crop around the table, less the pixels `beyond` it.
     pub(crate) fn new(
         maps: &Maps,
         pixels: &Pixels,
         beyond: &[bool],
-        is_focal_known: bool,
         settings: &NetworkReadingSettings,
     ) -> Result<Self, VisionError> {
         let inside = inside(maps, pixels, beyond);
@@ -89,7 +86,6 @@ impl TopObservation {
         Ok(Self {
             size_px: [pixels.width as u32, pixels.height as u32],
             outline_sigma_px: CORNER_SIGMA * maps.pixel_px() * pixels.scale,
-            log_focal_sigma: if is_focal_known { KNOWN_LOG_FOCAL_SIGMA } else { LOG_FOCAL_SIGMA },
             // Predicted edges are noisy, and most tops are convex. A cropped top has an unknown outline beyond the
             // border.
             smooth: if is_convex || !is_whole { hull.clone() } else { outline_px },
@@ -101,18 +97,9 @@ impl TopObservation {
         })
     }
 
-    /// The top under a camera prior of that elevation (radians) and focal length (longer sides of the image);
-    /// `None` if no camera is consistent with it.
-    pub(crate) fn with_camera(&self, elevation_rad: f64, focal: f64) -> Option<TableTop> {
-        let [width_px, height_px] = self.size_px;
-        let prior = CameraPrior {
-            width_px,
-            height_px,
-            elevation_rad: elevation_rad.clamp(0.03, 1.55),
-            focal_px: focal * f64::from(width_px.max(height_px)),
-            log_focal_sigma: self.log_focal_sigma,
-            outline_sigma_px: self.outline_sigma_px,
-        };
+    /// The top under an expected camera; `None` if no camera is consistent with it.
+    pub(crate) fn with_camera(&self, expected: &ExpectedCamera) -> Option<TableTop> {
+        let prior = CameraPrior::new(expected, self.size_px, self.outline_sigma_px);
         self.regular(&prior).or_else(|| self.free(&prior))
     }
 

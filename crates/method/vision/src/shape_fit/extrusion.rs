@@ -216,7 +216,8 @@ mod tests {
             .collect();
         let silhouette = Silhouette::new(&indices, 640, FINE_SIDE);
         let outline = crate::contour::trace(&indices, 640, 1.2);
-        let expected = ShapePrior { base: None, height: 0.04 };
+        let expected =
+            ShapePrior { base: None, height: 0.04, log_height_sigma: ShapePrior::LOG_HEIGHT_SIGMA };
         let (fit, _) = lying(&outline, &silhouette, &camera, Some(&expected)).expect("lies on the table");
         assert!(fit.size.z < 0.015 && (fit.size.x - 0.3).abs() < 0.01, "{:?}", fit.size);
     }

@@ -209,7 +209,7 @@ mod tests {
     fn seen_as(camera: &Camera, indices: &[usize], height: f64) -> (PosedPrimitive, PosedPrimitive) {
         let seen = SilhouetteMeasures::new(indices, camera).expect("seen");
         let fine = Silhouette::new(indices, camera.width_px as usize, extrusion::FINE_SIDE);
-        let expected = ShapePrior { base: None, height };
+        let expected = ShapePrior { base: None, height, log_height_sigma: ShapePrior::LOG_HEIGHT_SIGMA };
         let outline = contour::trace(indices, camera.width_px as usize, 1.2);
         let (flat, _) = extrusion::lying(&outline, &fine, camera, Some(&expected)).expect("flat");
         let (lies, _) = lying(&flat, &fine, camera, Some(&expected)).expect("lies");

@@ -7,9 +7,6 @@ use geometry::Camera;
 /// Weight of the prior relative to the overlap, which is 0..1.
 const WEIGHT: f64 = 0.04;
 
-/// Standard deviation of the logarithm of the height.
-const HEIGHT_SIGMA: f64 = 0.3;
-
 /// Expected footprint and height of an object, from the network or an earlier reading. One silhouette hardly
 /// determines them, since depth and height trade against each other.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +14,8 @@ pub struct ShapePrior {
     pub base: Option<BasePrior>,
     /// Height above the table if it stood there, in the camera's unit.
     pub height: f64,
+    /// Standard deviation of the logarithm of the height.
+    pub log_height_sigma: f64,
 }
 
 /// Expected center of the footprint in the camera's image, pixels.
@@ -28,10 +27,13 @@ pub struct BasePrior {
 }
 
 impl ShapePrior {
+    /// [`Self::log_height_sigma`] of heights that are not measured.
+    pub const LOG_HEIGHT_SIGMA: f64 = 0.3;
+
     /// Penalty of a deviating primitive, 0 without deviation. It saturates, since a prior may be wrong altogether.
     pub fn disagreement(&self, center: DVec2, height: f64, camera: &Camera) -> f64 {
         let saturating = |sigmas: f64| sigmas.powi(2).ln_1p().min(10.0);
-        let higher = (height.max(1e-6) / self.height.max(1e-6)).ln() / HEIGHT_SIGMA;
+        let higher = (height.max(1e-6) / self.height.max(1e-6)).ln() / self.log_height_sigma;
         let apart = self.base.map_or(0.0, |base| match camera.project(center.extend(0.0)) {
             Some((p, _)) => (p - base.at_px).length() / base.sigma_px,
             None => f64::MAX,

@@ -44,6 +44,7 @@ pub(super) fn image(
             table: table.recognized.clone(),
             objects: objects.iter().map(recognized).collect(),
             left_out_px: Vec::new(),
+            depth: None,
         },
         masks,
         mask_edges: MaskEdges::Sharp,

@@ -163,7 +163,7 @@ async fn complete_returns_isolated_view_and_reference_rejects_unknown_category()
     let description = described("a mug and an apple", 2);
     let generated = image_generator().reference(&call(2), description, 2).await.expect("a reference image");
     let ground_truth = generated.ground_truth.expect("ground_truth");
-    let reference = ReferenceImage { image: Arc::new(generated.image), known: None };
+    let reference = ReferenceImage { image: Arc::new(generated.image), known: None, depth: None };
     let request = |alone: Option<Completion>| CompletionRequest {
         reference: reference.clone(),
         object: ground_truth.known.recognition.objects[0].clone(),

@@ -10,15 +10,15 @@ use sha2::{Digest as _, Sha256};
 
 use super::SingleViewSettings;
 use super::reading_cache::{ImageKey, ReadingCache};
-use imaging::{Image, Mask};
-use ports::{Port, ProviderError};
+use imaging::{DepthImage, Image, Mask};
+use ports::{Port, ProviderError, ReferenceImage};
 use runtime::CancelFlag;
 use vision::category_fit::CategoryFitSettings;
 use vision::object_recognizer::{CategoryGuess, ObjectRecognizer};
 use vision::table_network::TableNetwork;
 use vision::{
-    CandidateRegions, ImageReading, NetworkError, NetworkReadingSettings, NetworkWeightsError, VisionError,
-    candidate_regions, read_with_network,
+    CandidateRegions, ImageReading, KnownCamera, NetworkError, NetworkReadingSettings, NetworkWeightsError,
+    VisionError, candidate_regions, read_with_network,
 };
 
 /// The table network and the object recognizer, the digest of their weights, and the settings of the reader.
@@ -134,10 +134,10 @@ impl ImageReader {
         Self { network, settings, cache: Arc::default() }
     }
 
-    /// The reader of images whose camera has that horizontal field of view.
-    pub fn with_field_of_view(&self, field_of_view_rad: f64) -> Self {
+    /// The reader of images whose camera has those intrinsics, in the terms of the setting.
+    pub fn with_intrinsics(&self, intrinsics_px: [f64; 6]) -> Self {
         let mut settings = self.settings.clone();
-        settings.sizes.field_of_view_rad = field_of_view_rad;
+        settings.sizes.intrinsics_px = intrinsics_px;
         Self::new(self.network.clone(), settings)
     }
 
@@ -146,19 +146,25 @@ impl ImageReader {
         ReaderIdentity { network, settings: self.settings.clone() }
     }
 
-    /// Reads the image.
+    /// Reads the image, with the depths of its pixels if they are known.
     ///
     /// # Errors
     ///
     /// A [`VisionError`] that names what was not found.
-    pub fn reading(&self, image: &Image, cancel: &CancelFlag) -> Result<Arc<ImageReading>, VisionError> {
-        let key = ImageKey::of(image);
+    pub fn reading(
+        &self,
+        image: &Image,
+        depth: Option<&DepthImage>,
+        cancel: &CancelFlag,
+    ) -> Result<Arc<ImageReading>, VisionError> {
+        let key = ImageKey::of(image, depth);
         if let Some(reading) = self.cache.find(&key) {
             return Ok(reading);
         }
         let table = &self.network.networks()?.table;
-        let fov_rad = self.settings.sizes.known_field_of_view_rad();
-        let reading = Arc::new(read_with_network(image, table, fov_rad, &self.network.settings, cancel)?);
+        let intrinsics = self.settings.sizes.intrinsics(image.width_px(), image.height_px());
+        let known = KnownCamera { intrinsics, depth };
+        let reading = Arc::new(read_with_network(image, table, &known, &self.network.settings, cancel)?);
         self.cache.keep(key, &reading);
         Ok(reading)
     }
@@ -186,11 +192,12 @@ impl ImageReader {
     /// Reads the image on behalf of a port.
     pub(super) fn read(
         &self,
-        image: &Image,
+        reference: &ReferenceImage,
         port: Port,
         cancel: &CancelFlag,
     ) -> Result<Arc<ImageReading>, ProviderError> {
-        self.reading(image, cancel).map_err(|error| Self::on_behalf(port, error))
+        self.reading(&reference.image, reference.depth.as_deref(), cancel)
+            .map_err(|error| Self::on_behalf(port, error))
     }
 
     fn on_behalf(port: Port, error: VisionError) -> ProviderError {

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use sha2::{Digest as _, Sha256};
 
-use imaging::Image;
+use imaging::{DepthImage, Image};
 use vision::ImageReading;
 
 /// Capacity; a reading holds a byte a pixel for every object.
@@ -16,14 +16,18 @@ const KEPT: usize = 3;
 #[derive(Default)]
 pub(super) struct ReadingCache(Mutex<VecDeque<(ImageKey, Arc<ImageReading>)>>);
 
-/// Width, height and digest of the pixels.
+/// Width, height and digest of the pixels and their depths.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct ImageKey([u32; 2], [u8; 32]);
 
 impl ImageKey {
-    pub(super) fn of(image: &Image) -> Self {
-        let digest = Sha256::digest(image.as_rgba());
-        Self([image.width_px(), image.height_px()], digest.into())
+    pub(super) fn of(image: &Image, depth: Option<&DepthImage>) -> Self {
+        let mut digest = Sha256::new_with_prefix(image.as_rgba());
+        if let Some(depth) = depth {
+            digest.update(depth.width_px().to_le_bytes());
+            depth.depths_mm().iter().for_each(|depth_mm| digest.update(depth_mm.to_le_bytes()));
+        }
+        Self([image.width_px(), image.height_px()], digest.finalize().into())
     }
 }
 

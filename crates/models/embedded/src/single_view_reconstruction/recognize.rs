@@ -11,17 +11,17 @@ use super::{ImageReader, SingleViewSettings};
 use catalog::{OUTLINED_TABLE, TableModel, category, table_models};
 use geometry::{Outline, Rgb};
 use imaging::{Image, Mask};
-use ports::{NamedObject, Port, ProviderError, RecognitionHints};
+use ports::{NamedObject, Port, ProviderError, RecognitionHints, ReferenceImage};
 use runtime::CancelFlag;
 use runtime::seed::child_seed;
 use scene::instance::SupportRelation;
 use scene::request::RequestOptions;
 use scene::{
-    CameraKnowledge, CategoryStance, InstanceId, Recognition, RecognizedObject, RecognizedTable, StandsOn,
-    TableShape,
+    CameraKnowledge, CategoryStance, DepthAccount, InstanceId, Recognition, RecognizedObject,
+    RecognizedTable, StandsOn, TableShape,
 };
 use vision::category_fit::CategoryAssignment;
-use vision::{ImageReading, ObjectReading, TopShape};
+use vision::{DepthUse, ImageReading, ObjectReading, TopShape};
 
 /// Ratio of depth to width from which a rectangle counts as a square.
 const SQUARE_FROM: f64 = 0.88;
@@ -37,7 +37,7 @@ const SHAPE_DOUBT: f64 = 0.06;
 const MIN_CORRECTION: f64 = 0.1;
 
 /// Recognizes the image. The scale comes from the first available source: the request's table size, the request's
-/// metric anchor for the table, the agreement of several categorized objects, a table of standard height with
+/// metric anchor for the table, a depth image, the agreement of several categorized objects, a table of standard height with
 /// visible feet, the typical width of such tables. `hints` are what a text says is in the image; the sizes that it
 /// states come before the agreement of categories.
 ///
@@ -45,14 +45,15 @@ const MIN_CORRECTION: f64 = 0.1;
 ///
 /// [`ProviderError::Rejected`] with a stable code if the image cannot be read or contradicts the request.
 pub fn recognize(
-    image: &Image,
+    reference: &ReferenceImage,
     seed: u64,
     options: &RequestOptions,
     hints: Option<&RecognitionHints>,
     reader: &ImageReader,
     cancel: &CancelFlag,
 ) -> Result<Recognition, ProviderError> {
-    let reading = reader.read(image, Port::Analyst, cancel)?;
+    let image: &Image = &reference.image;
+    let reading = reader.read(reference, Port::Analyst, cancel)?;
     let limit = options.max_objects.unwrap_or(64) as usize;
     if reading.objects.len() > limit {
         return Err(ProviderError::Rejected {
@@ -70,11 +71,7 @@ pub fn recognize(
     let reading = (*reading).clone().scaled(size_m.x);
     let guesses = reader.guesses(image, &reading, cancel)?;
     let naming = name_objects(image, &reading, &guesses, hints, &reader.settings.naming, cancel)?;
-    let correction = naming.scale.filter(|scale| {
-        let is_large = scale.ln().abs() > MIN_CORRECTION;
-        !scale_is_given(options) && (naming.scale_is_stated || is_large)
-    });
-    let correction = correction.unwrap_or(1.0);
+    let correction = scale_correction(naming.scale, naming.scale_is_stated, options, &reading);
     let size_m = DVec3::new(correction * size_m.x, correction * size_m.y, size_m.z);
     let mut reading = reading.scaled(correction);
     let relations = hints.map(|hints| state_supports(&mut reading, hints, &naming.named));
@@ -125,6 +122,7 @@ pub fn recognize(
         },
         objects,
         left_out_px: reading.left_out.iter().filter_map(Mask::bbox_px).collect(),
+        depth: reading.depth.as_ref().map(depth_account),
     };
     if let Some(hints) = hints {
         hints.apply(&mut recognition);
@@ -132,10 +130,45 @@ pub fn recognize(
     Ok(recognition)
 }
 
-/// Whether the request determines the size of the table.
-fn scale_is_given(options: &RequestOptions) -> bool {
+/// The account of the use of a depth image.
+fn depth_account(depth: &DepthUse) -> DepthAccount {
+    match depth {
+        DepthUse::Used { plane_rms_m, .. } => DepthAccount {
+            is_used: true,
+            note: format!(
+                "camera, scale and heights are from the depth image; the table top is even to {:.1} mm",
+                1e3 * plane_rms_m
+            ),
+        },
+        DepthUse::Unused(doubt) => DepthAccount {
+            is_used: false,
+            note: format!(
+                "the depth image contradicts the image, which alone was used: {doubt}; check that its pixels are those \
+                 of the image, its unit millimeters, and the intrinsics those of its camera"
+            ),
+        },
+    }
+}
+
+/// Factor on the scale of a reading by the agreement of its named objects, whose sizes a text may state: 1 where the
+/// scale is given, or about right.
+pub fn scale_correction(
+    agreed: Option<f64>,
+    is_stated: bool,
+    options: &RequestOptions,
+    reading: &ImageReading,
+) -> f64 {
+    let is_large = |scale: &f64| scale.ln().abs() > MIN_CORRECTION;
+    let applied = agreed.filter(|scale| !scale_is_given(options, reading) && (is_stated || is_large(scale)));
+    applied.unwrap_or(1.0)
+}
+
+/// Whether the request or a depth image determines the size of the table.
+fn scale_is_given(options: &RequestOptions, reading: &ImageReading) -> bool {
     let anchored = options.metric_anchor.as_ref().is_some_and(|anchor| anchor.object == "table");
-    anchored || options.table.as_ref().is_some_and(|table| table.size_m.is_some())
+    anchored
+        || reading.measured_meters_per_unit().is_some()
+        || options.table.as_ref().is_some_and(|table| table.size_m.is_some())
 }
 
 /// Instance ids: those of the text, others numbered per category.
@@ -243,6 +276,7 @@ fn table_size(
     let width_m = wanted
         .map(|size| size.x)
         .or(anchor.map(|anchor| anchor.width_m))
+        .or(reading.measured_meters_per_unit())
         .or(by_feet_m.map(|width| width.clamp(0.75 * narrow_m, 1.25 * wide_m)))
         .unwrap_or(usual_m);
     let height_m = wanted.map_or(settings.sizes.table_height_m, |size| size.z);

@@ -131,7 +131,11 @@ pub(super) fn stood_up(
         Some(seen) => seen.clone(),
         None => {
             let canvas = on_canvas(completion, camera.width_px, camera.height_px);
-            let expected = ShapePrior { base: None, height: object.size_m.z };
+            let expected = ShapePrior {
+                base: None,
+                height: object.size_m.z,
+                log_height_sigma: ShapePrior::LOG_HEIGHT_SIGMA,
+            };
             fit_solid(&completion.silhouette, camera, Some(&canvas), Some(&expected))?
         }
     };

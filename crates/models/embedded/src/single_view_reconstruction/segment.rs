@@ -1,20 +1,19 @@
 //! Instance masks of the recognized objects, and what else the table carries.
 
 use super::ImageReader;
-use imaging::Image;
-use ports::{Port, ProviderError, Segmentation};
+use ports::{Port, ProviderError, ReferenceImage, Segmentation};
 use runtime::CancelFlag;
 use scene::{InstanceMask, MaskEdges, Recognition};
 
-/// Masks of the recognized objects, in their order. The recognition must be that of this image with the same
-/// settings.
+/// Masks of the recognized objects, in their order. The recognition must be that of this reference with the
+/// same settings.
 pub fn segment(
-    image: &Image,
+    reference: &ReferenceImage,
     recognition: &Recognition,
     reader: &ImageReader,
     cancel: &CancelFlag,
 ) -> Result<Segmentation, ProviderError> {
-    let reading = reader.read(image, Port::Segmenter, cancel)?;
+    let reading = reader.read(reference, Port::Segmenter, cancel)?;
     if reading.objects.len() != recognition.objects.len() {
         return Err(ProviderError::Unsupported {
             port: Port::Segmenter,

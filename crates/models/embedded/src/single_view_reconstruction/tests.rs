@@ -23,6 +23,7 @@ fn settings() -> SingleViewSettings {
     let sizes = PhotographSettings {
         table_height_m: 0.74,
         field_of_view_rad: 0.0,
+        intrinsics_px: [0.0; 6],
         top_view_px: 512,
         texture_px: 512,
     };
@@ -149,7 +150,7 @@ fn rendered_table_is_reconstructed_with_objects_at_their_positions() {
     let (image, true_centers_m) = rendered_table(0.0, 35.0);
     let image = Arc::new(image);
     let reader = reader();
-    let reference = ReferenceImage { image: image.clone(), known: None };
+    let reference = ReferenceImage { image: image.clone(), known: None, depth: None };
     let recognition =
         recognize(&image, 5, &RequestOptions::default(), None, &reader, &stop).expect("recognized");
     assert_eq!(recognition.table.shape, TableShape::Rectangular);

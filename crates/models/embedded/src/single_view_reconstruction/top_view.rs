@@ -82,7 +82,11 @@ fn footprints(
             let height_m = recognition.support_height_m(&supports, index);
             let nearer = ((eye_m.z - height_m) / eye_m.z).clamp(0.2, 1.0);
             let solid = object.seen_as.clone().or_else(|| {
-                let expected = ShapePrior { base: None, height: object.size_m.z / nearer };
+                let expected = ShapePrior {
+                    base: None,
+                    height: object.size_m.z / nearer,
+                    log_height_sigma: ShapePrior::LOG_HEIGHT_SIGMA,
+                };
                 let image = &request.reference.image;
                 fit_solid(&mask.visible, &recognition.camera, Some(image), Some(&expected))
             });

@@ -206,6 +206,7 @@ pub(super) async fn recognize(
             })
             .collect(),
         left_out_px: Vec::new(),
+        depth: None,
     };
     if let Some(hints) = hints {
         hints.apply(&mut recognition);

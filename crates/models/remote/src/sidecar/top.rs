@@ -111,6 +111,7 @@ mod tests {
             },
             objects: vec![object("mug_1", 0.3), object("mug_2", -0.3)],
             left_out_px: Vec::new(),
+            depth: None,
         }
     }
 

@@ -54,6 +54,9 @@ pub fn write(page: &mut Html, report: &Report<'_>) {
         ]
     });
     regions.extend(left_out);
+    if let Some(depth) = &fidelity.depth {
+        page.leaf("p", &[], &depth.note);
+    }
     if !regions.is_empty() {
         page.table("", &["Region", "Object", "Pixels of the image", "Of its area"], regions);
     }

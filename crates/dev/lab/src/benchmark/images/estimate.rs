@@ -8,6 +8,8 @@ use vision::ImageReading;
 /// Estimated table. Lengths are in an arbitrary unit, one per image; table frame (origin at the center of the top).
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableEstimate {
+    /// The reader's scale.
+    pub meters_per_unit: f64,
     pub elevation_rad: f64,
     pub azimuth_rad: f64,
     /// Edge of the top in the image, pixels.
@@ -56,6 +58,7 @@ impl From<&ImageReading> for TableEstimate {
             })
             .collect();
         Self {
+            meters_per_unit: 1.0,
             elevation_rad: reading.camera.elevation_rad(),
             azimuth_rad: reading.camera.azimuth_rad(),
             outline_px: reading.table.outline_px.clone(),

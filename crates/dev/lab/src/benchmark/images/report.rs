@@ -55,6 +55,8 @@ pub struct Summary {
     pub elevation_deg: Option<Quantiles>,
     /// Median with every refusal counted as the largest error; `None` if most images are refused.
     pub elevation_median_with_refusals_deg: Option<f64>,
+    /// Relative error of the reader's scale, over the images that were not refused.
+    pub scale: Option<Quantiles>,
     /// Of detected objects: meters, share, degrees.
     pub position_m: Option<Quantiles>,
     pub height: Option<Quantiles>,
@@ -94,6 +96,7 @@ pub fn summary(images: &[&ImageResult]) -> Summary {
         correct_outlines: share(right, images.len()).unwrap_or(0.0),
         elevation_deg: quantiles(elevations.flatten().collect()),
         elevation_median_with_refusals_deg: with_refusals.map(|q| q.median).filter(|m| m.is_finite()),
+        scale: quantiles(images.iter().filter_map(|image| image.score.scale_error).collect()),
         position_m: objects(|object| object.position_error_m),
         height: objects(|object| Some(object.height_error)),
         yaw_deg: objects(|object| object.yaw_error_deg),
@@ -150,16 +153,16 @@ impl Report {
             self.size_px
         );
         text += "| | images | refused | objects | recall | precision | outline >= 0.9 | elevation deg, median | 95 % \
-                 | position mm, median | 95 % | height %, median | 95 % | yaw deg, median | 95 % \
+                 | scale %, median | 95 % | position mm, median | 95 % | height %, median | 95 % | yaw deg, median | 95 % \
                  | labeled | right labels | labeled if foreign |\n";
-        text += "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
+        text += "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
         text += &row("all", &self.all);
         text += &row("whole table shows", &self.whole);
         text += &row("table is cut", &self.cut);
         for (shape, of) in &self.shapes {
             text += &row(&format!("{shape:?}").to_lowercase(), of);
         }
-        text += "| bar | | | | 90.0 % | 90.0 % | 95.0 % | 1.50 | | 15.0 | | 8.0 | | 5.00 | | | | |\n";
+        text += "| bar | | | | 90.0 % | 90.0 % | 95.0 % | 1.50 | | | | 15.0 | | 8.0 | | 5.00 | | | | |\n";
         let elevation = self.all.elevation_median_with_refusals_deg;
         let elevation =
             elevation.map_or("none: most are refused".to_owned(), |median| format!("{median:.2} degrees"));
@@ -182,7 +185,7 @@ fn row(name: &str, of: &Summary) -> String {
     let percent =
         |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.1} %", 100.0 * share));
     format!(
-        "| {name} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+        "| {name} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
         of.images,
         of.refused,
         of.expected,
@@ -190,6 +193,7 @@ fn row(name: &str, of: &Summary) -> String {
         percent(of.precision),
         percent(Some(of.correct_outlines)),
         pair(of.elevation_deg, 1.0, 2),
+        pair(of.scale, 100.0, 1),
         pair(of.position_m, 1e3, 1),
         pair(of.height, 100.0, 1),
         pair(of.yaw_deg, 1.0, 1),

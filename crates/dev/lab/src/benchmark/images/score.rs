@@ -7,6 +7,8 @@
 //! - *outline*: intersection over union of the estimated and the true outline of the top, hidden parts included,
 //!   within the image;
 //! - *elevation*: absolute difference of the camera elevations;
+//! - *scale*: relative error of the reader's meters per unit, where the scale that gives the visible part of the top its
+//!   true area is the true one;
 //! - *position, height, yaw* of detected objects: after the scale that gives the visible part of the top its true
 //!   area, and the shift that gives it its true center. The rotation of the table frame is arbitrary except for
 //!   rectangles, where it is one of four: the estimate is rotated until the camera azimuths agree, or as nearly as
@@ -51,8 +53,10 @@ pub struct ImageScore {
     pub outline_iou: f64,
     /// `None` without an estimate.
     pub elevation_error_deg: Option<f64>,
-    /// Meters per unit of the estimate; the reader's own scale error is not measured.
+    /// True meters per unit of the estimate.
     pub scale: Option<f64>,
+    /// Relative error of the reader's scale.
+    pub scale_error: Option<f64>,
     pub objects: Vec<ObjectScore>,
 }
 
@@ -124,6 +128,9 @@ pub fn score(truth: &ImageTruth, labels: &Labels, estimate: Option<&TableEstimat
         elevation_error_deg: estimate
             .map(|estimate| (estimate.elevation_rad - truth.elevation_rad).abs().to_degrees()),
         scale: aligned.map(|aligned| aligned.scale),
+        scale_error: estimate
+            .zip(aligned)
+            .map(|(estimate, aligned)| (estimate.meters_per_unit / aligned.scale - 1.0).abs()),
         objects: scores,
     }
 }

@@ -157,13 +157,14 @@ fn perfect_maps_yield_high_recall_and_precision() {
             sizes: PhotographSettings {
                 table_height_m: 0.74,
                 field_of_view_rad: 0.0,
+                intrinsics_px: [0.0; 6],
                 top_view_px: 512,
                 texture_px: 512,
             },
             naming: test_settings::section("category_fit"),
         },
         text_parser: None,
-        with_intrinsics: false,
+        beside: BesideImage::Nothing,
     };
     let results: Vec<ImageResult> = (0..14)
         .into_par_iter()

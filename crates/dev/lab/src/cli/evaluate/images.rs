@@ -67,8 +67,8 @@ fn for_each_image<T: Send>(
     if arguments.scene.is_some() {
         return Err(Failure::usage("--scene: images have no names; --scenes N takes the first N".to_owned()));
     }
-    let Arguments { perfect_maps, with_text, with_intrinsics, .. } = *arguments;
-    let bench = evaluation::image_bench(resolved, perfect_maps, with_text, with_intrinsics)?;
+    let Arguments { perfect_maps, with_text, .. } = *arguments;
+    let bench = evaluation::image_bench(resolved, perfect_maps, with_text, arguments.beside())?;
     let split = Split::from(arguments.split);
     let count = arguments.scenes.unwrap_or(SET_SIZE);
     let cancel = CancelFlag::default();

@@ -61,7 +61,7 @@ fn scene(others: impl Fn(u32, u32) -> bool, seen_as: Option<PosedPrimitive>) -> 
         mass_kg: None,
         stand_in: None,
     };
-    let reference = ReferenceImage { image: Arc::new(image), known: None };
+    let reference = ReferenceImage { image: Arc::new(image), known: None, depth: None };
     (CompletionRequest { reference, object, visible, others, camera: Some(camera), alone: None }, whole)
 }
 
