@@ -62,8 +62,8 @@ impl Submission {
         Self { parent_id: Some(parent), body_digest, ..self }
     }
 
-    /// Stores the image, its depths and the archive, if there are any, and returns the row to insert. `default_budget_usd` applies
-    /// to requests without a budget.
+    /// Stores the image, its depths and the archive, if there are any, and returns the row to insert.
+    /// `default_budget_usd` applies to requests without a budget.
     ///
     /// # Errors
     ///

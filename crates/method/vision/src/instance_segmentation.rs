@@ -82,15 +82,15 @@ pub fn read_with_network(
         .map(|found| Carried::new(found, bare_top.as_ref(), &maps, &pixels, settings));
     let own = found.as_ref().map_or(&[][..], |found| &found.masks[..]);
     let beyond = beyond_top(bare_top.as_ref(), own, &maps, &pixels);
+    let on_top = shows_top(bare_top.as_ref(), &maps, &pixels);
+    let measured = Measured::new(known, &on_top, own, &pixels);
     // Of an image without a top, the missing top is the error.
-    let top_observation = TopObservation::new(&maps, &pixels, &beyond, settings)?;
+    let top_observation = TopObservation::new(&maps, &pixels, &beyond, &measured.shows_plane, settings)?;
     cancel.check()?;
     let Carried { objects: detected, masks, left_out } = found?;
     if detected.is_empty() {
         return Err(VisionError::NoObjects);
     }
-    let on_top = shows_top(bare_top.as_ref(), &maps, &pixels);
-    let measured = Measured::new(known, &on_top, &masks, &pixels);
     let expected = known.expected(&whole, measured.plane(), [width_px, height_px], &pixels);
     let edges = InnerEdges::new(&pixels);
     let in_front = occluder_masks(&masks);

@@ -1,7 +1,8 @@
 //! `synthesize`: writes sample images of one split with their ground truth, one folder per image.
 //!
 //! `OUT/<split>/<number>/` gets `image.jpg`, `labels.png` (8-bit gray: 0 backdrop, 1 table without its top, 2 bare
-//! top, 3 and up the objects in truth order) and, last, `truth.json`. An image whose truth exists in the requested
+//! top, 3 and up the objects in truth order), with `--depth` `depth.png` (16-bit gray, millimeters, 0 backdrop) and,
+//! last, `truth.json`. An image whose truth exists in the requested
 //! size is complete and is kept, so an interrupted run resumes.
 
 use std::path::{Path, PathBuf};
@@ -36,6 +37,9 @@ pub struct Arguments {
     /// Close-ups of one object each, which go through all categories; OUT gets a folder "close_ups" for them
     #[arg(long)]
     close_ups: bool,
+    /// Also write the exact depths of each image, as `generate --depth` takes them
+    #[arg(long)]
+    depth: bool,
     /// Output folder; complete images in it are kept
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -65,11 +69,11 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     pool.install(|| {
         (arguments.first..last).into_par_iter().try_for_each(|number| -> Result<(), Failure> {
             let place = folder.join(format!("{number:06}"));
-            if is_whole(&place, number, arguments.size_px) {
+            if is_whole(&place, number, arguments.size_px, arguments.depth) {
                 kept.fetch_add(1, Ordering::Relaxed);
                 return Ok(());
             }
-            write(&place, &make(split, number, arguments.size_px))?;
+            write(&place, &make(split, number, arguments.size_px), arguments.depth)?;
             let done = rendered.fetch_add(1, Ordering::Relaxed) + 1;
             if done.is_multiple_of(REPORTED_EVERY) {
                 let each = started.elapsed().as_secs_f64() / done as f64;
@@ -88,20 +92,28 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     Ok(Exit::Success)
 }
 
-/// Whether the image exists in that size.
-fn is_whole(place: &Path, number: u64, size_px: u32) -> bool {
+/// Whether the image exists in that size, and its depths if they are wanted.
+fn is_whole(place: &Path, number: u64, size_px: u32, with_depth: bool) -> bool {
+    if with_depth && !place.join("depth.png").is_file() {
+        return false;
+    }
     let truth = std::fs::read(place.join("truth.json")).ok();
     let truth = truth.and_then(|bytes| serde_json::from_slice::<ImageTruth>(&bytes).ok());
     truth.is_some_and(|truth| truth.number == number && truth.width_px.max(truth.height_px) == size_px)
 }
 
 /// Writes the truth last and atomically: if it exists, all files do.
-fn write(place: &Path, sample: &SyntheticImage) -> Result<(), Failure> {
+fn write(place: &Path, sample: &SyntheticImage, with_depth: bool) -> Result<(), Failure> {
     let truth = serde_json::to_vec(&sample.truth)
         .map_err(|error| Failure::new(Exit::Error, format!("the truth has no JSON form: {error}; a bug")))?;
+    let depth = || match with_depth {
+        true => std::fs::write(place.join("depth.png"), sample.depth.encode_png()),
+        false => Ok(()),
+    };
     let written = std::fs::create_dir_all(place)
         .and_then(|()| std::fs::write(place.join("image.jpg"), &sample.jpeg))
         .and_then(|()| std::fs::write(place.join("labels.png"), sample.labels.png()))
+        .and_then(|()| depth())
         .and_then(|()| std::fs::write(place.join("truth.json.part"), truth))
         .and_then(|()| std::fs::rename(place.join("truth.json.part"), place.join("truth.json")));
     written.map_err(|error| {
@@ -120,13 +132,19 @@ mod tests {
     fn complete_images_are_kept_and_broken_ones_rewritten() {
         let home = tempfile::tempdir().expect("a folder");
         let place = home.path().join("000005");
-        assert!(!is_whole(&place, 5, 96));
-        write(&place, &synthesize(Split::Validation, 5, 96)).expect("written");
-        assert!(is_whole(&place, 5, 96) && !is_whole(&place, 5, 128) && !is_whole(&place, 6, 96));
+        assert!(!is_whole(&place, 5, 96, false));
+        let sample = synthesize(Split::Validation, 5, 96);
+        write(&place, &sample, false).expect("written");
+        assert!(is_whole(&place, 5, 96, false) && !is_whole(&place, 5, 96, true));
+        assert!(!is_whole(&place, 5, 128, false) && !is_whole(&place, 6, 96, false));
+        write(&place, &sample, true).expect("written");
+        let depth = std::fs::read(place.join("depth.png")).expect("depths");
+        let depth = imaging::DepthImage::decode_png(&depth, 96 * 96).expect("a depth image");
+        assert!(is_whole(&place, 5, 96, true) && depth == sample.depth);
         let image = std::fs::read(place.join("image.jpg")).expect("a picture");
         std::fs::write(place.join("truth.json"), b"{\"split\":").expect("written");
-        assert!(!is_whole(&place, 5, 96));
-        write(&place, &synthesize(Split::Validation, 5, 96)).expect("written");
+        assert!(!is_whole(&place, 5, 96, false));
+        write(&place, &synthesize(Split::Validation, 5, 96), false).expect("written");
         assert_eq!(std::fs::read(place.join("image.jpg")).expect("a picture"), image);
     }
 }

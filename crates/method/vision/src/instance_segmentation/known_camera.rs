@@ -60,13 +60,16 @@ pub(super) struct Measured {
     plane: Option<Result<TopPlane, DepthDoubt>>,
     /// Heights of each object.
     pub heights: Vec<Option<HeightRange>>,
+    /// For each pixel of the copy whether it shows the plane of the top; `None` where that is not known.
+    pub shows_plane: Vec<Option<bool>>,
 }
 
 impl Measured {
     /// `on_top` are the pixels of the copy that show the bare top, `masks` those of the objects.
     pub fn new(known: &KnownCamera, on_top: &[bool], masks: &[Mask], pixels: &Pixels) -> Self {
         let Some((depth, intrinsics)) = known.depth.zip(known.intrinsics) else {
-            return Self { plane: None, heights: vec![None; masks.len()] };
+            let (heights, shows_plane) = (vec![None; masks.len()], vec![None; pixels.len()]);
+            return Self { plane: None, heights, shows_plane };
         };
         let depth = DepthCopy::new(depth, &intrinsics, pixels);
         let mut bare = on_top.to_vec();
@@ -77,7 +80,9 @@ impl Measured {
         let height_range =
             |mask: &Mask| plane.as_ref().ok().and_then(|plane| HeightRange::of(&depth, plane, mask.bits()));
         let heights = masks.iter().map(height_range).collect();
-        Self { plane: Some(plane), heights }
+        let shown = |index: usize| plane.as_ref().ok().and_then(|plane| plane.is_shown_at(&depth, index));
+        let shows_plane = (0..pixels.len()).map(shown).collect();
+        Self { plane: Some(plane), heights, shows_plane }
     }
 
     /// The plane of the top, if it was found.

@@ -39,15 +39,19 @@ struct CellSample {
 }
 
 impl TopRegion {
-    /// `inside` holds the pixels of the copy within the top; separate components do not belong to it.
-    pub(super) fn new(maps: &Maps, pixels: &Pixels, inside: &[usize]) -> Self {
+    /// `inside` holds the pixels of the copy within the top; separate components do not belong to it. `shows_plane` are
+    /// those that are known to show the plane of the top, or not to.
+    pub(super) fn new(maps: &Maps, pixels: &Pixels, inside: &[usize], shows_plane: &[Option<bool>]) -> Self {
         let mut taken = vec![false; pixels.len()];
         inside.iter().for_each(|&index| taken[index] = true);
         let cells = (0..maps.count()).filter(|&index| maps.shows_image(index)).map(|index| {
             let at = pixels.scale * maps.in_image(maps.pixel_center(index));
             let logit = maps.outline(index);
-            let is_taken = pixels.index_at(at).is_some_and(|pixel| taken[pixel]);
+            let pixel = pixels.index_at(at);
+            let is_taken = pixel.is_some_and(|pixel| taken[pixel]);
+            let is_measured = pixel.is_some_and(|pixel| shows_plane[pixel] == Some(is_taken));
             let probability = match (is_taken, logit > 0.0) {
+                _ if is_measured => f64::from(u8::from(is_taken)),
                 (true, _) => sigmoid(SHARPNESS * logit.max(0.0)),
                 (false, true) => 0.0,
                 (false, false) => sigmoid(SHARPNESS * logit),

@@ -58,13 +58,15 @@ pub(crate) struct TopObservation {
 
 impl TopObservation {
     /// Extracts the top from the maps of the crop around the table, less the pixels `beyond` it.
+    /// `shows_plane` are the pixels that show the plane of the top, or do not, where a depth image measured that.
     pub(crate) fn new(
         maps: &Maps,
         pixels: &Pixels,
         beyond: &[bool],
+        shows_plane: &[Option<bool>],
         settings: &NetworkReadingSettings,
     ) -> Result<Self, VisionError> {
-        let inside = inside(maps, pixels, beyond);
+        let inside = inside(maps, pixels, beyond, shows_plane);
         let too_little = || VisionError::NoTableTop { percent: 100.0 * settings.min_table_share };
         if (inside.len() as f64) < settings.min_table_share * pixels.len() as f64 {
             return Err(too_little());
@@ -76,7 +78,7 @@ impl TopObservation {
         }
         let is_whole = !reaches_border(&outline_px, pixels);
         let is_convex = area(&outline_px) > MIN_CONVEX * area(&hull);
-        let area = TopRegion::new(maps, pixels, &inside);
+        let area = TopRegion::new(maps, pixels, &inside, shows_plane);
         let corners = enclosing_polygon(&hull, 4)
             .filter(|_| is_whole)
             .and_then(|corners| <[DVec2; 4]>::try_from(corners).ok())
@@ -137,14 +139,15 @@ impl TopObservation {
     }
 }
 
-/// Pixels of the copy inside the largest component of the outline less those `beyond` the top, holes filled.
-fn inside(maps: &Maps, pixels: &Pixels, beyond: &[bool]) -> Vec<usize> {
+/// Pixels of the copy inside the largest component of the outline less those `beyond` the top, holes filled. The
+/// outline is that of the network where the depth does not tell.
+fn inside(maps: &Maps, pixels: &Pixels, beyond: &[bool], shows_plane: &[Option<bool>]) -> Vec<usize> {
     let bits: Vec<bool> = (0..pixels.len())
         .map(|index| {
             let (x, y) = pixels.xy(index);
             let p = maps.in_map(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / pixels.scale);
             let logit = maps.around(p).iter().map(|&(cell, weight)| weight * maps.outline(cell)).sum::<f64>();
-            maps.shows(p) && logit > 0.0 && !beyond[index]
+            maps.shows(p) && shows_plane[index].unwrap_or(logit > 0.0 && !beyond[index])
         })
         .collect();
     let bits = fill_holes(&bits, pixels.width, pixels.height, usize::MAX);

@@ -44,7 +44,7 @@ impl TopPlane {
         }
         let no_plane =
             |share: f64| DepthDoubt::NoPlane { percent: 100.0 * share, min_percent: 100.0 * MIN_PLANE_SHARE };
-        let mut normal_per_m = most_agreed(&points).ok_or_else(|| no_plane(0.0))?;
+        let mut normal_per_m = consensus(&points).ok_or_else(|| no_plane(0.0))?;
         for _ in 0..REFINEMENTS {
             normal_per_m = refined(&points, normal_per_m).ok_or_else(|| no_plane(0.0))?;
         }
@@ -63,6 +63,18 @@ impl TopPlane {
             return Err(DepthDoubt::NoTableView { elevation_deg, roll_deg });
         }
         Ok(plane)
+    }
+
+    /// Whether a pixel shows the plane; `None` where it shows something before it, or has no depth.
+    pub fn is_shown_at(&self, depth: &DepthCopy, index: usize) -> Option<bool> {
+        let point_m = depth.point_m(index)?;
+        if is_near(point_m, self.normal_per_m) {
+            return Some(true);
+        }
+        // Its ray passes the plane, or does not meet it.
+        let is_beyond = self.normal_per_m.dot(point_m) > 1.0;
+        let misses = self.normal_per_m.dot(point_m) <= 0.0;
+        (is_beyond || misses).then_some(false)
     }
 
     /// Height of the camera above the plane, meters.
@@ -95,7 +107,7 @@ fn is_near(point_m: DVec3, normal_per_m: DVec3) -> bool {
 }
 
 /// The plane through three of the points near which most points lie.
-fn most_agreed(points: &[DVec3]) -> Option<DVec3> {
+fn consensus(points: &[DVec3]) -> Option<DVec3> {
     let counted: Vec<DVec3> =
         points.iter().step_by(points.len().div_ceil(MAX_COUNTED).max(1)).copied().collect();
     let hypothesis = |number: u32| {

@@ -58,7 +58,8 @@ pub(super) fn fit(
 ) -> Option<PosedPrimitive> {
     let across = ((seen.high_px.x - seen.low_px.x) * seen.unit_per_px).max(1e-4);
     let view_yaw = (-seen.away.x).atan2(seen.away.y);
-    // As in the revolution fit, each parameter moves one side of the outline.
+    // As in the revolution fit, each parameter moves one side of the outline. A measured height is one of them.
+    let is_measured = expected.is_some_and(ShapePrior::has_measured_height);
     let half_beyond = |width: f64, depth: f64, yaw: f64| {
         let turn = yaw - view_yaw;
         0.5 * (width * turn.sin()).abs() + 0.5 * (depth * turn.cos()).abs()
@@ -67,7 +68,8 @@ pub(super) fn fit(
         let [side, beyond, width, depth, rise, yaw] = *q;
         let half = half_beyond(width, depth, yaw);
         let center = seen.place(side, beyond + half);
-        [center.x, center.y, width, depth, rise - (beyond + 2.0 * half) * seen.steepness, yaw]
+        let height = if is_measured { rise } else { rise - (beyond + 2.0 * half) * seen.steepness };
+        [center.x, center.y, width, depth, height, yaw]
     };
     let score = |q: &Parameters| {
         if q[2] <= 0.01 * across || q[3] <= 0.01 * across || q[4] <= 0.01 * across {
@@ -93,7 +95,11 @@ pub(super) fn fit(
             let yaw = view_yaw + turn;
             let high = expected.map_or(0.02 * across, |expected| expected.height);
             let up = 2.0 * half_beyond(width, depth, yaw) * seen.steepness + high;
-            let rise = if expected.is_some() { up } else { seen.rise.max(up) };
+            let rise = match expected {
+                Some(expected) if is_measured => expected.height,
+                Some(_) => up,
+                None => seen.rise.max(up),
+            };
             let side = 0.5 * (seen.low_px.x + seen.high_px.x);
             let side = base.map_or((side - seen.contact_px_x) * seen.unit_per_px, |base| base.x);
             let step = 0.12 * across;

@@ -27,6 +27,12 @@ pub struct BasePrior {
 }
 
 impl ShapePrior {
+    /// Whether the height is measured. Fits then search along it: a height that follows from other parameters would
+    /// hold these in place.
+    pub fn has_measured_height(&self) -> bool {
+        self.log_height_sigma < Self::LOG_HEIGHT_SIGMA
+    }
+
     /// [`Self::log_height_sigma`] of heights that are not measured.
     pub const LOG_HEIGHT_SIGMA: f64 = 0.3;
 

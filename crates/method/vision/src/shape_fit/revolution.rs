@@ -22,10 +22,11 @@ pub(super) fn fit(
 ) -> Option<PosedPrimitive> {
     let radius = (0.5 * (seen.high_px.x - seen.low_px.x) * seen.unit_per_px).max(1e-4);
     // Parameters that each move one side of the outline: the front of the foot (across, beyond), the radii, and
-    // the height at which the vertical over that front meets the top row.
+    // the height at which the vertical over that front meets the top row, or the height where it is measured.
+    let is_measured = expected.is_some_and(ShapePrior::has_measured_height);
     let frustum = |q: &[f64; 5]| {
         let [across, beyond, bottom, top, rise] = *q;
-        let height = rise - (beyond + bottom + top) * seen.steepness;
+        let height = if is_measured { rise } else { rise - (beyond + bottom + top) * seen.steepness };
         (seen.place(across, beyond + bottom), DVec2::new(bottom, 0.0), DVec2::new(top, height))
     };
     let doubt = |center: DVec2, height: f64| expected.map_or(0.0, |e| e.disagreement(center, height, camera));
@@ -42,6 +43,7 @@ pub(super) fn fit(
         let (bottom, top) = (foot * radius, mouth * radius);
         let place = base.map_or(DVec2::ZERO, |base| base - DVec2::new(0.0, bottom));
         let rise = match expected {
+            Some(expected) if is_measured => expected.height,
             Some(expected) => expected.height + (place.y + bottom + top) * seen.steepness,
             None => seen.rise.max((bottom + top) * seen.steepness + 0.06 * radius),
         };

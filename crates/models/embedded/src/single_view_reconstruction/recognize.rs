@@ -37,8 +37,8 @@ const SHAPE_DOUBT: f64 = 0.06;
 const MIN_CORRECTION: f64 = 0.1;
 
 /// Recognizes the image. The scale comes from the first available source: the request's table size, the request's
-/// metric anchor for the table, a depth image, the agreement of several categorized objects, a table of standard height with
-/// visible feet, the typical width of such tables. `hints` are what a text says is in the image; the sizes that it
+/// metric anchor for the table, a depth image, the agreement of several categorized objects, a table of standard height
+/// with visible feet, the typical width of such tables. `hints` are what a text says is in the image; the sizes that it
 /// states come before the agreement of categories.
 ///
 /// # Errors

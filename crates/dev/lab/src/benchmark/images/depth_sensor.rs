@@ -1,8 +1,8 @@
 //! Depths as a structured-light camera measures them, from exact depths.
 //!
 //! - The sensor has [`SENSOR_SIDE_PX`] pixels on its longer side.
-//! - Axial noise: normal, with the standard deviation that Nguyen, Izadi and Lovell (2012) measured of the first Kinect:
-//!   1.2 mm at 0.4 m, 3.5 mm at 1.5 m, 6.1 mm at 2 m. It grows with the square of the distance.
+//! - Axial noise: normal, with the standard deviation that Nguyen, Izadi and Lovell (2012) measured of the first
+//!   Kinect: 1.2 mm at 0.4 m, 3.5 mm at 1.5 m, 6.1 mm at 2 m. It grows with the square of the distance.
 //! - Edges: each pixel reads the surface at a point 0.8 pixels (standard deviation) beside its center. Of pixels beside
 //!   a step of the depth half have no measurement, and a quarter a depth between the two surfaces.
 //! - Holes: round ones that cover 4 % of the image, at random places.

@@ -7,8 +7,8 @@
 //! - *outline*: intersection over union of the estimated and the true outline of the top, hidden parts included,
 //!   within the image;
 //! - *elevation*: absolute difference of the camera elevations;
-//! - *scale*: relative error of the reader's meters per unit, where the scale that gives the visible part of the top its
-//!   true area is the true one;
+//! - *scale*: relative error of the reader's meters per unit, where the scale that gives the visible part of the top
+//!   its true area is the true one;
 //! - *position, height, yaw* of detected objects: after the scale that gives the visible part of the top its true
 //!   area, and the shift that gives it its true center. The rotation of the table frame is arbitrary except for
 //!   rectangles, where it is one of four: the estimate is rotated until the camera azimuths agree, or as nearly as
