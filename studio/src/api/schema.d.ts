@@ -1800,6 +1800,13 @@ export interface components {
          * @enum {string}
          */
         DemandKind: "relation" | "arrangement" | "yaw" | "position";
+        /** @description Use of the depth image beside the image. */
+        DepthAccount: {
+            /** @description Whether camera, scale and heights are from the depth; else they are from the image alone. */
+            is_used: boolean;
+            /** @description The same in words, with the reason where the depth was not used. */
+            note: string;
+        };
         /** @description Facts about a job that killed its process again and again. */
         Diagnosis: {
             /** @description No other job was in the process that died last. */
@@ -2165,6 +2172,8 @@ export interface components {
             color_difference: number | null;
             /** @description Boxes of what was found in the image and does not stand on the table. Absent where there is none. */
             left_out_px?: number[][];
+            /** @description Absent without a depth image. */
+            depth?: components["schemas"]["DepthAccount"];
             missed: components["schemas"]["Regions"];
             invented: components["schemas"]["Regions"];
             methods: components["schemas"]["MethodShare"][];
@@ -2326,6 +2335,8 @@ export interface components {
             sha256?: string;
             /** @description Of an image. */
             media_type?: string;
+            /** @description Of an image with a depth image beside it: the digest of that. */
+            depth_sha256?: string;
             /** @description Of an edit or a variant: the id in the `scene.json` of the parent. */
             parent?: string;
             /** @description Of an edit or a variant: the archive of the parent. */
@@ -3433,6 +3444,11 @@ export interface components {
              * @description A PNG, JPEG or WebP file that does not move; its first bytes decide, not its name.
              */
             image: string;
+            /**
+             * Format: binary
+             * @description A PNG file of one 16-bit channel with the depth of each pixel of the upright image along the optical axis, millimeters; 0 = not measured. It has the ratio of the sides of the image. The settings of the request state the camera: `photograph.intrinsics_px`, or `photograph.field_of_view_rad` where the EXIF data do not.
+             */
+            depth?: string;
             request?: components["schemas"]["FormRequest"];
         };
         /** @description Paths of what belongs to a scene. */
@@ -3638,6 +3654,11 @@ export interface components {
              * @example 0.0
              */
             "photograph.field_of_view_rad"?: string;
+            /**
+             * @description Intrinsics of the camera in place of its field of view: focal lengths fx, fy, principal point cx, cy, then width and height of the image that they belong to, which may be larger or smaller than the given one. All 0 = not known (pixels, 0 to 65536).
+             * @example [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+             */
+            "photograph.intrinsics_px"?: string;
             /**
              * @description Height every table is taken to have where its feet show and nothing else is known (meters, 0.4 to 1).
              * @example 0.74

@@ -123,3 +123,34 @@ fn few_measured_pixels_give_no_height() {
     let (hollow, _) = scene(&camera, |index, depth_m| if is_box[index] { 0.0 } else { depth_m });
     assert_eq!(HeightRange::of(&copy_of(&hollow, &camera), &plane, &is_box), None);
 }
+
+#[test]
+fn pixels_show_the_plane_pass_it_or_leave_it_open() {
+    let camera = camera();
+    let (depth, is_box) = scene(&camera, |_, depth_m| depth_m);
+    let plane = TopPlane::fit(&copy_of(&depth, &camera), &off(&is_box)).expect("a plane");
+    // The left half of the table lies 10 cm deeper along the rays, and every seventh pixel has no depth.
+    let (torn, _) = scene(&camera, |index, depth_m| match index {
+        _ if index % 7 == 0 => 0.0,
+        _ if index % (SIZE_PX[0] as usize) < 100 => depth_m + 0.1,
+        _ => depth_m,
+    });
+    let torn = copy_of(&torn, &camera);
+    for index in 0..torn.len() {
+        let shown = plane.is_shown_at(&torn, index);
+        match index {
+            _ if index % 7 == 0 => assert_eq!(shown, None),
+            _ if index % (SIZE_PX[0] as usize) < 100 => assert_eq!(shown, Some(false)),
+            _ if is_box[index] => assert_ne!(shown, Some(false)),
+            _ => assert_eq!(shown, Some(true)),
+        }
+    }
+    let noisy = |index: usize, depth_m: f64| depth_m + 0.006 * normal(index);
+    let (noisy, _) = scene(&camera, noisy);
+    let noisy = copy_of(&noisy, &camera);
+    let plane = TopPlane::fit(&noisy, &off(&is_box)).expect("a plane");
+    assert!(
+        (0..noisy.len()).all(|index| plane.is_shown_at(&noisy, index) != Some(true)),
+        "too noisy to tell"
+    );
+}

@@ -13,6 +13,11 @@ const HYPOTHESES: u32 = 200;
 const TOLERANCE_M: f64 = 0.004;
 const TOLERANCE_PER_M: f64 = 0.006;
 const REFINEMENTS: usize = 6;
+/// Distance along the optical axis within which a pixel shows the plane: a constant, meters, and a multiple of the
+/// noise that the plane itself has. Beyond this share of the depth it does not tell the top from its side.
+const EDGE_TOLERANCE_M: f64 = 0.002;
+const EDGE_SIGMAS: f64 = 3.0;
+const MAX_EDGE_TOLERANCE_SHARE: f64 = 0.01;
 /// Minimum share of the top's pixels with a depth, and of these in the plane.
 const MIN_MEASURED_SHARE: f64 = 0.15;
 const MIN_PLANE_SHARE: f64 = 0.5;
@@ -28,6 +33,8 @@ pub(crate) struct TopPlane {
     normal_per_m: DVec3,
     /// Root mean square distance of its points, meters.
     pub rms_m: f64,
+    /// Root mean square deviation of their inverse depths, per meter.
+    inverse_rms_per_m: f64,
 }
 
 impl TopPlane {
@@ -53,9 +60,13 @@ impl TopPlane {
         if share < MIN_PLANE_SHARE {
             return Err(no_plane(share));
         }
-        let plane = Self { normal_per_m, rms_m: 0.0 };
-        let squares = near.iter().map(|point| plane.height_m(**point).powi(2)).sum::<f64>();
-        let plane = Self { rms_m: (squares / near.len() as f64).sqrt(), ..plane };
+        let plane = Self { normal_per_m, rms_m: 0.0, inverse_rms_per_m: 0.0 };
+        let rms = |of: &dyn Fn(DVec3) -> f64| {
+            (near.iter().map(|point| of(**point).powi(2)).sum::<f64>() / near.len() as f64).sqrt()
+        };
+        let rms_m = rms(&|point_m| plane.height_m(point_m));
+        let inverse_rms_per_m = rms(&|point_m| (normal_per_m.dot(point_m) - 1.0) / point_m.z);
+        let plane = Self { rms_m, inverse_rms_per_m, ..plane };
         let [lowest_rad, highest_rad] = ELEVATION_RANGE_RAD;
         let (elevation_rad, roll_rad) = (plane.elevation_rad(), plane.roll_rad());
         if !(lowest_rad..=highest_rad).contains(&elevation_rad) || roll_rad.abs() > MAX_ROLL_RAD {
@@ -65,16 +76,19 @@ impl TopPlane {
         Ok(plane)
     }
 
-    /// Whether a pixel shows the plane; `None` where it shows something before it, or has no depth.
+    /// Whether a pixel shows the plane; `None` where it shows something before it, has no depth, or one too noisy to
+    /// distinguish the top from its side.
     pub fn is_shown_at(&self, depth: &DepthCopy, index: usize) -> Option<bool> {
         let point_m = depth.point_m(index)?;
-        if is_near(point_m, self.normal_per_m) {
-            return Some(true);
-        }
+        let inverse_depth = self.normal_per_m.dot(point_m) / point_m.z;
+        let noise_m = EDGE_SIGMAS * self.inverse_rms_per_m * point_m.z * point_m.z;
+        let tolerance_m = EDGE_TOLERANCE_M + noise_m;
         // Its ray passes the plane, or does not meet it.
-        let is_beyond = self.normal_per_m.dot(point_m) > 1.0;
-        let misses = self.normal_per_m.dot(point_m) <= 0.0;
-        (is_beyond || misses).then_some(false)
+        if inverse_depth <= 0.0 || point_m.z > inverse_depth.recip() + tolerance_m {
+            return Some(false);
+        }
+        let is_sharp = tolerance_m < MAX_EDGE_TOLERANCE_SHARE * point_m.z;
+        (is_sharp && point_m.z > inverse_depth.recip() - tolerance_m).then_some(true)
     }
 
     /// Height of the camera above the plane, meters.
