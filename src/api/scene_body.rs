@@ -97,7 +97,7 @@ pub struct SceneForm {
     /// A PNG file of one 16-bit channel with the depth of each pixel of the upright image along the optical axis,
     /// millimeters; 0 = not measured. It has the ratio of the sides of the image. The settings of the request state the
     /// camera: `photograph.intrinsics_px`, or `photograph.field_of_view_rad` where the EXIF data do not.
-    #[schemars(extend("format" = "binary"))]
+    #[schemars(extend("format" = "binary", "type" = "string"))]
     pub depth: Option<String>,
     #[schemars(default)]
     pub request: FormRequest,

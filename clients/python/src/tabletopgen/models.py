@@ -336,6 +336,21 @@ class DeliveryAttempt(Model):
     duration_ms: int
 
 
+class DepthAccount(Model):
+    """
+    Use of the depth image beside the image.
+    """
+
+    is_used: bool
+    """
+    Whether camera, scale and heights are from the depth; else they are from the image alone.
+    """
+    note: str
+    """
+    The same in words, with the reason where the depth was not used.
+    """
+
+
 class Difficulty(Model):
     """
     Difficulty of a task and its causes. `overall` is the mean of five terms, each from 0 to 1: `(objects - 1) / 3` and
@@ -2938,6 +2953,12 @@ class SceneSettings(Model):
     Horizontal field of view of the camera; 0 = estimated from the image. Of a request without it, it is what the EXIF
     data of its image state (radians, 0 to 2.6).
     """
+    photograph_intrinsics_px: str | None = Field(None, alias="photograph.intrinsics_px")
+    """
+    Intrinsics of the camera in place of its field of view: focal lengths fx, fy, principal point cx, cy, then width and
+    height of the image that they belong to, which may be larger or smaller than the given one. All 0 = not known
+    (pixels, 0 to 65536).
+    """
     photograph_table_height_m: str | None = Field(None, alias="photograph.table_height_m")
     """
     Height every table is taken to have where its feet show and nothing else is known (meters, 0.4 to 1).
@@ -3650,6 +3671,10 @@ class Fidelity(Model):
     """
     Boxes of what was found in the image and does not stand on the table. Absent where there is none.
     """
+    depth: DepthAccount | None = None
+    """
+    Absent without a depth image.
+    """
     missed: Regions
     invented: Regions
     methods: list[MethodShare]
@@ -3691,6 +3716,10 @@ class Input(Model):
     media_type: str | None = None
     """
     Of an image.
+    """
+    depth_sha256: str | None = None
+    """
+    Of an image with a depth image beside it: the digest of that.
     """
     parent: str | None = None
     """
@@ -4448,6 +4477,12 @@ class SceneForm(Model):
     image: bytes
     """
     A PNG, JPEG or WebP file that does not move; its first bytes decide, not its name.
+    """
+    depth: bytes | None = None
+    """
+    A PNG file of one 16-bit channel with the depth of each pixel of the upright image along the optical axis,
+    millimeters; 0 = not measured. It has the ratio of the sides of the image. The settings of the request state the
+    camera: `photograph.intrinsics_px`, or `photograph.field_of_view_rad` where the EXIF data do not.
     """
     request: FormRequest | None = None
 
