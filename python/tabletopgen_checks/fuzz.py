@@ -55,6 +55,7 @@ TARGETS = [
     ("requests", "bodies of POST /scenes, with their options, settings and images", ["fixtures/hostile/answer"]),
     ("chat_answers", "answers of chat models to each question", ["fixtures/hostile/answer"]),
     ("texts", "texts of scenes and tasks, as the embedded parser reads them", []),
+    ("instructions", "instructions for edits and tasks", []),
 ]
 
 RSS_LIMIT_MB, MALLOC_LIMIT_MB, TIMEOUT_SECS, MAX_LEN = 2048, 1024, 10, 65536
@@ -157,7 +158,7 @@ def seeded(corpus: Path, name: str, more: list) -> int:
         config = (golden / "dinov2/swiglu/config.json").read_bytes()
         weights = (golden / "dinov2/swiglu/model.safetensors").read_bytes()
         (corpus / "dinov2").write_bytes(b"D" + struct.pack("<H", len(config)) + config + weights)
-    if name == "texts":
+    if name in ("texts", "instructions"):
         for path in (ROOT / "tests/words/sentences.jsonl", ROOT / "tests/words/tasks.jsonl"):
             for entry in map(json.loads, path.read_text(encoding="utf-8").splitlines()):
                 (corpus / f"{path.stem}_{entry['id']}").write_text(entry["text"], encoding="utf-8")

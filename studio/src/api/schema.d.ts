@@ -1264,6 +1264,21 @@ export interface components {
             /** @description Dot product of the two images' feature vectors, -1..1. */
             similarity: number;
         };
+        /** @description Objects in a row or a column: in the order of the phrases, sorted, or as they stand. */
+        ArrangeOperation: {
+            /** @constant */
+            op: "arrange";
+            targets: components["schemas"]["Reference"][];
+            arrangement: components["schemas"]["ArrangedAs"];
+            sort_by?: components["schemas"]["SortedBy"] | null;
+            /** @description An edge or a part of the table; where the objects are unless it is given. */
+            where?: components["schemas"]["EditPlace"] | null;
+        };
+        /**
+         * @description Directions in which objects are lined up.
+         * @enum {string}
+         */
+        ArrangedAs: "row" | "column";
         /**
          * @description Form of an arrangement.
          * @enum {string}
@@ -1860,7 +1875,7 @@ export interface components {
             moved: components["schemas"]["MovedObject"][];
         };
         /** @description One operation; `op` says which. */
-        EditOperation: components["schemas"]["AddOperation"] | components["schemas"]["RemoveOperation"] | components["schemas"]["ReplaceOperation"] | components["schemas"]["MoveOperation"] | components["schemas"]["RotateOperation"] | components["schemas"]["ResizeOperation"] | components["schemas"]["RecolorOperation"] | components["schemas"]["RelabelOperation"] | components["schemas"]["RestyleTableOperation"] | components["schemas"]["StackOperation"] | components["schemas"]["TidyOperation"] | components["schemas"]["ClutterOperation"] | components["schemas"]["RemakeOperation"] | components["schemas"]["RearrangeOperation"] | components["schemas"]["SetPhysicsOperation"] | components["schemas"]["RelightOperation"] | components["schemas"]["MoveCameraOperation"];
+        EditOperation: components["schemas"]["AddOperation"] | components["schemas"]["RemoveOperation"] | components["schemas"]["ReplaceOperation"] | components["schemas"]["MoveOperation"] | components["schemas"]["RotateOperation"] | components["schemas"]["ResizeOperation"] | components["schemas"]["RecolorOperation"] | components["schemas"]["RelabelOperation"] | components["schemas"]["RestyleTableOperation"] | components["schemas"]["StackOperation"] | components["schemas"]["SwapOperation"] | components["schemas"]["ArrangeOperation"] | components["schemas"]["TidyOperation"] | components["schemas"]["ClutterOperation"] | components["schemas"]["RemakeOperation"] | components["schemas"]["RearrangeOperation"] | components["schemas"]["SetPhysicsOperation"] | components["schemas"]["RelightOperation"] | components["schemas"]["MoveCameraOperation"];
         /** @description Operations, carried out in order. */
         EditOperations: components["schemas"]["EditOperation"][];
         /** @description Options of an edit. */
@@ -3789,6 +3804,11 @@ export interface components {
             low_m: number[];
             high_m: number[];
         };
+        /**
+         * @description Orders of objects that are lined up.
+         * @enum {string}
+         */
+        SortedBy: "size" | "height" | "color" | "kind";
         /** @description Cost of calls of remote models; only when one scene is asked for. No call is made whose reservation would overrun the budget. */
         Spending: {
             budget_usd: components["schemas"]["Usd"];
@@ -3892,6 +3912,12 @@ export interface components {
             /** @description Objects that were made smaller or moved for lack of space. */
             gave_way?: components["schemas"]["Relaxation"][];
             robot?: components["schemas"]["RobotFinding"];
+        };
+        /** @description Two objects change places: two phrases, or one that means two. */
+        SwapOperation: {
+            /** @constant */
+            op: "swap";
+            targets: components["schemas"]["Reference"][];
         };
         /**
          * @description A truth value as text.

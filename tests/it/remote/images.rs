@@ -131,6 +131,7 @@ pub fn view_from_above() -> TopViewRequest {
         },
         objects: Vec::new(),
         left_out_px: Vec::new(),
+        depth: None,
     };
     TopViewRequest {
         reference: half_hidden_ball().reference,

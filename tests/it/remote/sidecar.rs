@@ -91,6 +91,7 @@ fn recognition() -> Recognition {
             object("mug_2", "mug", RIGHT_MUG),
         ],
         left_out_px: Vec::new(),
+        depth: None,
     }
 }
 

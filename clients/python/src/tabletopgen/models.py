@@ -1376,6 +1376,15 @@ class Status(Model):
     """
 
 
+class SwapOperation(Model):
+    """
+    Two objects change places: two phrases, or one that means two.
+    """
+
+    op: Literal["swap"]
+    targets: list[str]
+
+
 class TableSpec(Model):
     """
     Properties of the table; the catalog chooses those that are absent.
@@ -3282,6 +3291,24 @@ class AddOperation(Model):
     where: EditPlace | None = None
 
 
+class ArrangeOperation(Model):
+    """
+    Objects in a row or a column: in the order of the phrases, sorted, or as they stand.
+    """
+
+    op: Literal["arrange"]
+    targets: list[str]
+    arrangement: Literal["row", "column"]
+    """
+    Directions in which objects are lined up.
+    """
+    sort_by: Literal["size", "height", "color", "kind"] | None = None
+    where: EditPlace | None = None
+    """
+    An edge or a part of the table; where the objects are unless it is given.
+    """
+
+
 class Catalog(Model):
     """
     The objects that scenes are made of.
@@ -3741,6 +3768,8 @@ class Input(Model):
             | RelabelOperation
             | RestyleTableOperation
             | StackOperation
+            | SwapOperation
+            | ArrangeOperation
             | TidyOperation
             | ClutterOperation
             | RemakeOperation
@@ -3826,6 +3855,8 @@ class LineageEntry(Model):
             | RelabelOperation
             | RestyleTableOperation
             | StackOperation
+            | SwapOperation
+            | ArrangeOperation
             | TidyOperation
             | ClutterOperation
             | RemakeOperation
@@ -3877,6 +3908,8 @@ class OperationsEdit(Model):
         | RelabelOperation
         | RestyleTableOperation
         | StackOperation
+        | SwapOperation
+        | ArrangeOperation
         | TidyOperation
         | ClutterOperation
         | RemakeOperation

@@ -107,7 +107,8 @@ impl Chart<'_> {
                 let cost = body.cost
                     + if is_bare && is_singular { 0.6 } else { 0.0 }
                     + if absent { 2.5 } else { 0.0 };
-                if is_bare && body.is_unknown {
+                // "pour some wine": a word before it that is not known is likelier a verb.
+                if is_bare && (body.is_unknown || body.cost >= UNKNOWN_MODIFIER) {
                     continue;
                 }
                 found.push(Span {

@@ -78,10 +78,9 @@ impl Chart<'_> {
                         let mut next = hypothesis.clone();
                         next.cost += span.cost + CLAUSE + joint;
                         let mut clause = span.value.clone();
-                        let repeats_act =
-                            clause.is_elliptic && !matches!(clause.act, Act::Except | Act::Likewise);
-                        if let (true, Some(act)) = (repeats_act, act) {
-                            clause.act = act;
+                        // "move the mug there and a fork here": nothing new is made.
+                        if clause.is_elliptic && clause.act == Act::Put && act == Some(Act::Move) {
+                            clause.act = Act::Move;
                         }
                         // What is excepted or added says nothing of the verb.
                         let carried = if matches!(clause.act, Act::Except | Act::Likewise | Act::Aside) {

@@ -159,3 +159,52 @@ fn sentences_of_kinds_that_failed_in_use_are_read() {
 fn sentences_of_a_writer_who_knew_nothing_of_the_reader_are_read_no_worse_than_before() {
     check("sentences_fresh.toml", include_str!("sentences_fresh.toml"), 60, 41, 10);
 }
+
+/// Words in another order, left out or said twice: each text is read or refused, operations are valid, and errors point
+/// into the text.
+#[test]
+fn spoiled_sentences_are_read_or_refused() {
+    let files = [
+        include_str!("sentences.toml"),
+        include_str!("sentences_natural.toml"),
+        include_str!("sentences_fresh.toml"),
+    ];
+    let mut state = 1_u64;
+    let mut draw = |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below.max(1)
+    };
+    for file in files {
+        let sentences: Sentences = toml::from_str(file).expect("the sentences parse");
+        for Sentence { text, .. } in sentences.sentence {
+            for _ in 0..3 {
+                let mut words: Vec<&str> = text.split(' ').collect();
+                for _ in 0..=draw(3) {
+                    let (at, to) = (draw(words.len()), draw(words.len()));
+                    match draw(3) {
+                        0 => words.swap(at, to),
+                        1 => words.insert(at, words[to]),
+                        _ if words.len() > 1 => drop(words.remove(at)),
+                        _ => {}
+                    }
+                }
+                let text = words.join(" ");
+                match edit::read(&text, &EnglishNouns) {
+                    Ok(operations) => assert_eq!(scene::edit::violations(&operations), [], "{text}"),
+                    Err(error) => assert!(text.get(error.span.clone()).is_some(), "{text}: {error}"),
+                }
+                let _ = language::task::read(&text, &EnglishNouns, &|_| true);
+            }
+        }
+    }
+}
+
+/// The longest instruction that is admitted, with every word open to several readings.
+#[test]
+fn a_text_of_the_greatest_length_is_read() {
+    let clause = "put the red mug on the tray next to the plate in front of the box and the fork to the left of it, then ";
+    let text = clause.repeat(edit::MAX_CHARACTERS / clause.len());
+    let started = std::time::Instant::now();
+    let found = edit::read(&text, &EnglishNouns);
+    eprintln!("{} characters in {:?}: {}", text.len(), started.elapsed(), found.is_ok());
+}

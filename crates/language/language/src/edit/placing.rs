@@ -21,7 +21,14 @@ impl Fold<'_, '_> {
         let it = [self.topic_phrase()];
         let phrases = if phrases.is_empty() { it.as_slice() } else { phrases };
         let all_exist = self.all_exist || clause.act == Act::Move;
-        let is_new = |phrase: &&NounPhrase| phrase.reference == Reference::Indefinite && !all_exist;
+        // "red cubes in the basket", without a verb, are those that are there.
+        let is_there = |phrase: &NounPhrase| {
+            let is_bare = phrase.tokens.start == phrase.body.start && phrase.tokens.start == clause.start;
+            is_bare && self.chart.resolves(&phrase.tokens) == Some(true)
+        };
+        let is_new = |phrase: &&NounPhrase| {
+            phrase.reference == Reference::Indefinite && !all_exist && !is_there(phrase)
+        };
         let destination =
             clause.place().map(|place| self.destination(place, clause.is_elliptic)).transpose()?;
         let (new, existing): (Vec<&NounPhrase>, Vec<&NounPhrase>) = phrases.iter().partition(is_new);

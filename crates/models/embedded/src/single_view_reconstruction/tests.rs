@@ -121,6 +121,11 @@ fn volume(mesh: &TexturedMesh) -> f64 {
 }
 
 /// The backs of two chairs and a cabinet stand behind the far edge, a stool to the left and a box before the table.
+/// An image without anything beside it.
+fn alone(image: &Image) -> ReferenceImage {
+    ReferenceImage { image: Arc::new(image.clone()), known: None, depth: None }
+}
+
 #[test]
 fn furniture_around_the_table_does_not_stand_on_it() {
     let furniture = [
@@ -132,7 +137,7 @@ fn furniture_around_the_table_does_not_stand_on_it() {
     ];
     let (image, true_centers_m) = rendered_room(0.0, 30.0, &furniture);
     let (stop, options) = (CancelFlag::default(), RequestOptions::default());
-    let found = recognize(&image, 5, &options, None, &reader(), &stop).expect("recognized");
+    let found = recognize(&alone(&image), 5, &options, None, &reader(), &stop).expect("recognized");
     let outside = |object: &RecognizedObject| {
         let center = object.seen_as.as_ref().expect("a solid").center;
         let scale = TABLE_SIZE_M.x / found.table.size_m.x;
@@ -152,7 +157,7 @@ fn rendered_table_is_reconstructed_with_objects_at_their_positions() {
     let reader = reader();
     let reference = ReferenceImage { image: image.clone(), known: None, depth: None };
     let recognition =
-        recognize(&image, 5, &RequestOptions::default(), None, &reader, &stop).expect("recognized");
+        recognize(&alone(&image), 5, &RequestOptions::default(), None, &reader, &stop).expect("recognized");
     assert_eq!(recognition.table.shape, TableShape::Rectangular);
     let size = recognition.table.size_m;
     assert!(
@@ -161,10 +166,11 @@ fn rendered_table_is_reconstructed_with_objects_at_their_positions() {
     );
     assert_eq!(recognition.table.material.as_deref(), Some("oak"));
     assert_eq!(recognition.objects.len(), true_centers_m.len());
-    let again = recognize(&image, 5, &RequestOptions::default(), None, &reader, &stop).expect("recognized");
+    let again =
+        recognize(&alone(&image), 5, &RequestOptions::default(), None, &reader, &stop).expect("recognized");
     assert_eq!(recognition, again);
 
-    let masks = segment(&image, &recognition, &reader, &stop).expect("segmented").masks;
+    let masks = segment(&alone(&image), &recognition, &reader, &stop).expect("segmented").masks;
     let recognition = Arc::new(recognition);
     let request = TopViewRequest {
         reference: reference.clone(),
@@ -273,11 +279,11 @@ fn request_sets_scale_and_contradictions_are_rejected() {
     let reader = reader();
     let anchor = MetricAnchor { object: "table".into(), width_m: 2.0 };
     let options = RequestOptions { metric_anchor: Some(anchor), ..Default::default() };
-    let recognition = recognize(&image, 5, &options, None, &reader, &stop).expect("recognized");
+    let recognition = recognize(&alone(&image), 5, &options, None, &reader, &stop).expect("recognized");
     assert!((recognition.table.size_m.x - 2.0).abs() < 1e-12);
     let table = scene::TableSpec { shape: Some(TableShape::Round), ..Default::default() };
     let options = RequestOptions { table: Some(table), ..Default::default() };
-    let refused = recognize(&image, 5, &options, None, &reader, &stop);
+    let refused = recognize(&alone(&image), 5, &options, None, &reader, &stop);
     assert!(matches!(refused, Err(ProviderError::Rejected { code: "table_differs", .. })), "{refused:?}");
 }
 
@@ -294,7 +300,8 @@ fn text_names_the_objects_of_a_rendered_table() {
         metric_anchor: Some(MetricAnchor { object: "table".into(), width_m: TABLE_SIZE_M.x }),
         ..Default::default()
     };
-    let recognition = recognize(&image, 5, &options, Some(&hints), &reader(), &stop).expect("recognized");
+    let recognition =
+        recognize(&alone(&image), 5, &options, Some(&hints), &reader(), &stop).expect("recognized");
     recognition.validate().expect("valid");
     let mut right = 0;
     for object in &recognition.objects {
@@ -327,7 +334,8 @@ fn stated_sizes_set_the_scale_of_the_image() {
         let hints = RecognitionHints::of(&described).expect("valid hints");
         assert!(hints.named().iter().any(|named| named.size_is_stated), "{hints:?}");
         let options = RequestOptions::default();
-        let recognition = recognize(&image, 5, &options, Some(&hints), &reader, &stop).expect("recognized");
+        let recognition =
+            recognize(&alone(&image), 5, &options, Some(&hints), &reader, &stop).expect("recognized");
         let mug = recognition.objects.iter().find(|object| object.category == "mug").expect("a mug");
         assert!((mug.size_m.z / (0.01 * height_cm) - 1.0).abs() < 0.2, "{} for {height_cm} cm", mug.size_m.z);
         recognition.table.size_m.x
@@ -340,10 +348,11 @@ fn stated_sizes_set_the_scale_of_the_image() {
 fn images_without_table_are_rejected() {
     let stop = CancelFlag::default();
     let reader = reader();
-    let code = |image: &Image| match recognize(image, 1, &RequestOptions::default(), None, &reader, &stop) {
-        Err(ProviderError::Rejected { code, .. }) => code,
-        other => panic!("{other:?}"),
-    };
+    let code =
+        |image: &Image| match recognize(&alone(image), 1, &RequestOptions::default(), None, &reader, &stop) {
+            Err(ProviderError::Rejected { code, .. }) => code,
+            other => panic!("{other:?}"),
+        };
     let codes = ["no_table_top", "no_objects", "camera_unclear"];
     assert!(codes.contains(&code(&Image::filled(400, 300, [230, 230, 232, 255]))));
     assert_eq!(code(&Image::filled(40, 30, [230, 230, 232, 255])), "image_too_small");
@@ -363,7 +372,8 @@ fn reader_caches_each_image_once() {
     let image = rendered_table(0.0, 35.0).0;
     let shared = reader();
     let again = shared.clone();
-    let [first, same] = [&shared, &again].map(|reader| reader.reading(&image, &stop).expect("readable"));
+    let [first, same] =
+        [&shared, &again].map(|reader| reader.reading(&image, None, &stop).expect("readable"));
     assert!(Arc::ptr_eq(&first, &same));
     // The mirror image has the same size and other pixels.
     let mut mirrored = image.clone();
@@ -371,6 +381,6 @@ fn reader_caches_each_image_once() {
         (0..image.width_px())
             .for_each(|x| mirrored.set_pixel(x, y, image.pixel(image.width_px() - 1 - x, y)));
     }
-    let other = again.reading(&mirrored, &stop).expect("readable");
+    let other = again.reading(&mirrored, None, &stop).expect("readable");
     assert!(!Arc::ptr_eq(&first, &other));
 }

@@ -27,6 +27,7 @@ fn perfect(sample: &SyntheticImage, unit_m: f64) -> TableEstimate {
         named_by_text: false,
     };
     TableEstimate {
+        meters_per_unit: unit_m,
         elevation_rad: truth.elevation_rad,
         azimuth_rad: truth.azimuth_rad,
         outline_px: truth.table.outline_px.clone(),
