@@ -190,8 +190,7 @@ async fn given_depth(
     let digest = Digest::parse(sha256).map_err(|error| unreadable(error.to_string()))?;
     let bytes = context.blob(&digest, "the depth image of the request").await?;
     let resampled = move || {
-        DepthImage::decode_png(&bytes, MAX_DECODED_PX.into())
-            .map(|depth| depth.resampled(width_px, height_px))
+        DepthImage::decode_png(&bytes, MAX_DECODED_PX).map(|depth| depth.resampled(width_px, height_px))
     };
     let depth = context.cpu(resampled).await?.map_err(|error| unreadable(error.to_string()))?;
     artifact_io::put_depth(context, "depth.png", depth).await

@@ -56,7 +56,7 @@ impl Referents for SceneNouns {
         let is_named = |noun: &&str| {
             lower.split([' ', ',']).any(|word| word == *noun || word.strip_suffix('s') == Some(*noun))
         };
-        Some(lower.contains('_') || self.0.iter().any(|noun| is_named(noun)))
+        Some(lower.contains('_') || self.0.iter().any(is_named))
     }
 }
 
