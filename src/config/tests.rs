@@ -43,8 +43,13 @@ fn every_key_is_described_and_every_number_has_a_range() {
 fn defaults_are_a_valid_configuration_and_mirror_every_field() {
     let resolved = layers::load(Sources::default()).expect("the defaults are valid");
     let mirrored = toml::Table::try_from(&resolved.config).expect("is TOML");
-    let fields: Vec<String> = keys::flatten(&mirrored).into_iter().map(|(path, _)| path).collect();
-    assert_eq!(fields.iter().collect::<std::collections::BTreeSet<_>>().len(), keys().len());
+    let fields: std::collections::BTreeSet<String> =
+        keys::flatten(&mirrored).into_iter().map(|(path, _)| path).collect();
+    // Left out while it states nothing, so that identities of stages without it stay.
+    let left_out = ["photograph.intrinsics_px"];
+    let others: Vec<&str> =
+        keys().keys().map(AsRef::as_ref).filter(|key: &&str| !fields.contains(*key)).collect();
+    assert_eq!(others, left_out);
     for field in fields {
         assert!(keys().contains_key(&field), "{field} is missing in default.toml");
     }

@@ -212,7 +212,10 @@ fn require_verbs(
         }
         // "crack apple into box": without a determiner the first word may be a verb.
         if clause.verbs.is_empty() && is_bare(chart, clause) {
-            return Err(TaskError::Verb(chart.word(clause.start).to_owned()));
+            // "pour tea into the plate": the word before it is the verb.
+            let before = reading.unread.iter().find(|range| range.end == clause.start);
+            let verb = before.map_or(clause.start, |range| range.start);
+            return Err(TaskError::Verb(chart.word(verb).to_owned()));
         }
         // "put the apple in the box and shake the box"
         let mut named = clause.fillers.iter().flat_map(|(_, filler)| filler.phrases());
