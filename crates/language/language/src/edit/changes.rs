@@ -51,6 +51,13 @@ impl Fold<'_, '_> {
     pub fn swap(&mut self, clause: &Clause) -> Outcome<()> {
         let mut targets = self.targets(clause.objects(""))?;
         targets.extend(self.targets(clause.objects("other"))?);
+        // "... and the pliers where the hammer is" says the same again.
+        let mut back = self.targets(clause.objects("fourth"))?;
+        back.extend(self.targets(clause.objects("third"))?);
+        let is_same = back.iter().zip(&targets).all(|(back, target)| back.phrase == target.phrase);
+        if !is_same {
+            return self.refuse(Reason::Swap);
+        }
         self.swapped(targets)
     }
 

@@ -29,6 +29,10 @@ pub(super) fn new_objects(
     phrase: &NounPhrase,
     last_noun: Option<&str>,
 ) -> Result<NewObjects, Reason> {
+    // "three pens in a row behind the plate": what follows the noun says where as well.
+    if phrase.tokens.end > phrase.body.end {
+        return Err(Reason::TwoPlaces);
+    }
     let mut body = phrase.body.clone();
     while ADDITIONAL.contains(&chart.word(body.start)) && body.len() > 1 {
         body.start += 1;
