@@ -37,6 +37,7 @@ mod limits;
 mod turns;
 mod enqueue;
 mod parent;
+mod instructions;
 pub mod edits;
 pub mod variants;
 pub mod lineage;

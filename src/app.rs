@@ -21,6 +21,7 @@ mod json_detail;
 pub mod json_error;
 mod edit_operations;
 pub mod edit_scene;
+pub mod instructions;
 pub mod variants;
 pub mod batch_requests;
 pub mod batch_reading;
@@ -44,6 +45,9 @@ pub use crate::config;
 use crate::config::{Config, Resolved};
 use crate::pipeline::checkpoint::StageRuntime;
 use crate::worker::{BuildScene, SceneBuilder, Worker};
+use embedded::instruction_reader::EnglishReader;
+use instructions::Reader;
+use remote::Remote;
 use runtime::CpuPool;
 use store::{Intent, Operator, Store, StoreError};
 
@@ -51,11 +55,23 @@ use store::{Intent, Operator, Store, StoreError};
 #[derive(Clone, Debug)]
 pub struct App {
     resolved: Arc<Resolved>,
+    reader: Reader,
 }
 
 impl App {
+    /// With the embedded reader of instructions.
     pub fn new(resolved: &Resolved) -> Self {
-        Self { resolved: Arc::new(resolved.clone()) }
+        let reader = Reader { reader: Arc::new(EnglishReader), is_remote: false };
+        Self { resolved: Arc::new(resolved.clone()), reader }
+    }
+
+    /// With the configured reader of instructions.
+    pub fn reading_with(resolved: &Resolved, remote: &Remote) -> Self {
+        let app = Self::new(resolved);
+        match remote.reader() {
+            Some(reader) => Self { reader: Reader { reader, is_remote: true }, ..app },
+            None => app,
+        }
     }
 
     pub fn config(&self) -> &Config {

@@ -14,6 +14,7 @@ pub mod local_job;
 pub mod generate;
 pub mod bundle_input;
 pub mod input_file;
+mod instructions;
 pub mod edit;
 pub mod variants;
 pub mod tasks;

@@ -17,8 +17,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::api;
 use crate::api::Api;
-use crate::app::{self, App, AppError, metrics};
-use crate::config::Resolved;
+use crate::app::{App, AppError, cpu_pool, metrics, open, worker as scene_worker};
 use crate::executor::Executor;
 use crate::freezer::Freezer;
 use crate::recorder::Recorder;
@@ -48,28 +47,28 @@ pub struct WorkerService {
 }
 
 /// Opens the store, listens, starts to work. When it returns, requests are answered.
-pub async fn start(resolved: &Resolved, data_dir: &Path, build: BuildScene) -> Result<Service, AppError> {
-    serve(resolved, data_dir, Some(build)).await
+pub async fn start(app: &App, data_dir: &Path, build: BuildScene) -> Result<Service, AppError> {
+    serve(app, data_dir, Some(build)).await
 }
 
 /// As [`start`], without a worker: jobs are left to other processes.
-pub async fn start_api(resolved: &Resolved, data_dir: &Path) -> Result<Service, AppError> {
-    serve(resolved, data_dir, None).await
+pub async fn start_api(app: &App, data_dir: &Path) -> Result<Service, AppError> {
+    serve(app, data_dir, None).await
 }
 
-async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) -> Result<Service, AppError> {
-    let config = &resolved.config;
+async fn serve(app: &App, data_dir: &Path, build: Option<BuildScene>) -> Result<Service, AppError> {
+    let config = app.config();
     let listener = listening::bind(&config.server).await?;
     let address = address_of(&listener, &config.server.listen)?;
-    let store = app::open(data_dir, config, Intent::Create).await?;
+    let store = open(data_dir, config, Intent::Create).await?;
     listening::advise_on_keys(&config.server, &store).await?;
-    let cpu = app::cpu_pool(config)?;
-    let worker = build.map(|build| worker(resolved, data_dir, &store, &cpu, build));
+    let cpu = cpu_pool(config)?;
+    let worker = build.map(|build| worker(app, data_dir, &store, &cpu, build));
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
     if worker.is_some() {
-        start_background(resolved, &store, &draining);
+        start_background(app, &store, &draining);
     }
-    let api = interface(resolved, &config.server, &store, cpu, &draining, &closing);
+    let api = interface(app, &config.server, &store, cpu, &draining, &closing);
     let (router, settings, closed) = (api::router(api), config.server.clone(), closing.clone());
     let listener = tokio::spawn(async move { api::serve::serve(listener, router, &settings, closed).await });
     let process = Process {
@@ -84,23 +83,23 @@ async fn serve(resolved: &Resolved, data_dir: &Path, build: Option<BuildScene>) 
 
 /// Opens the store and starts to work; `listen` is the address for probes and metrics.
 pub async fn start_worker(
-    resolved: &Resolved,
+    app: &App,
     data_dir: &Path,
     listen_on: Option<&str>,
     build: BuildScene,
 ) -> Result<WorkerService, AppError> {
-    let config = &resolved.config;
+    let config = app.config();
     let listener = match listen_on {
         // Probes and metrics are for everyone who can reach the address.
         Some(address) => Some(TcpListener::bind(address).await.map_err(unusable(address))?),
         None => None,
     };
     let address = listener.as_ref().map(|bound| address_of(bound, &config.worker.listen)).transpose()?;
-    let store = app::open(data_dir, config, Intent::Create).await?;
-    let cpu = app::cpu_pool(config)?;
-    let worker = worker(resolved, data_dir, &store, &cpu, build);
+    let store = open(data_dir, config, Intent::Create).await?;
+    let cpu = cpu_pool(config)?;
+    let worker = worker(app, data_dir, &store, &cpu, build);
     let (draining, closing) = (CancellationToken::new(), CancellationToken::new());
-    start_background(resolved, &store, &draining);
+    start_background(app, &store, &draining);
     let listener = listener.map(|listener| {
         let settings = api::Settings {
             listen: listen_on.unwrap_or_default().to_owned(),
@@ -108,7 +107,7 @@ pub async fn start_worker(
             allowed_origins: String::new(),
             ..config.server.clone()
         };
-        let router = api::probe_router(interface(resolved, &settings, &store, cpu, &draining, &closing));
+        let router = api::probe_router(interface(app, &settings, &store, cpu, &draining, &closing));
         let closed = closing.clone();
         tokio::spawn(async move { api::serve::serve(listener, router, &settings, closed).await })
     });
@@ -148,26 +147,25 @@ impl WorkerService {
 }
 
 /// The worker of a service, which carries out jobs of every kind.
-fn worker(resolved: &Resolved, data_dir: &Path, store: &Store, cpu: &CpuPool, build: BuildScene) -> Worker {
+fn worker(app: &App, data_dir: &Path, store: &Store, cpu: &CpuPool, build: BuildScene) -> Worker {
     let freezer = Freezer::new(store.clone(), cpu.clone(), data_dir);
-    let app = App::new(resolved);
-    let (recording, executing) = (app.clone(), app);
+    let (recording, executing) = (app.clone(), app.clone());
     let prepare = Arc::new(move |archive: &[u8], order: &Value| recording.prepare_recording(archive, order));
-    let recorder = Recorder::new(store.clone(), cpu.clone(), data_dir, prepare, &resolved.config.worker);
+    let recorder = Recorder::new(store.clone(), cpu.clone(), data_dir, prepare, &app.config().worker);
     let execute = Arc::new(move |archive: &[u8], order: &Value| executing.execute_stored(archive, order));
     let executor = Executor::new(store.clone(), cpu.clone(), execute);
-    app::worker(store, &resolved.config, cpu, build)
+    scene_worker(store, app.config(), cpu, build)
         .with(Arc::new(freezer))
         .with(Arc::new(recorder))
         .with(Arc::new(executor))
 }
 
 /// Starts what a process with a worker does beside jobs.
-fn start_background(resolved: &Resolved, store: &Store, draining: &CancellationToken) {
-    upkeep::start(store, &resolved.config, draining);
-    feeding::start(store, &App::new(resolved), draining);
-    let poll = Duration::from_millis(resolved.config.worker.poll_ms);
-    webhooks::start(store, &resolved.config.webhooks, poll, draining);
+fn start_background(app: &App, store: &Store, draining: &CancellationToken) {
+    upkeep::start(store, app.config(), draining);
+    feeding::start(store, app, draining);
+    let poll = Duration::from_millis(app.config().worker.poll_ms);
+    webhooks::start(store, &app.config().webhooks, poll, draining);
 }
 
 fn address_of(listener: &TcpListener, stated: &str) -> Result<SocketAddr, AppError> {
@@ -180,15 +178,15 @@ fn unusable(address: &str) -> impl Fn(std::io::Error) -> AppError {
 
 /// State that handlers share.
 fn interface(
-    resolved: &Resolved,
+    app: &App,
     settings: &api::Settings,
     store: &Store,
     cpu: CpuPool,
     draining: &CancellationToken,
     closing: &CancellationToken,
 ) -> Api {
-    let app = App::new(resolved);
-    let mut api = Api::new(store.clone(), app, cpu, settings.clone(), metrics::recorder(), closing.clone());
+    let mut api =
+        Api::new(store.clone(), app.clone(), cpu, settings.clone(), metrics::recorder(), closing.clone());
     api.draining = draining.clone();
     api
 }

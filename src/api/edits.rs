@@ -11,9 +11,9 @@ use serde_json::Value;
 use super::admission::overloaded;
 use super::enqueue::{SubmissionOptions, enqueue};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
-use super::parent;
 use super::query::{NoParameters, Parameters, Time};
 use super::scene_body::terms;
+use super::{instructions, parent};
 use crate::app::edit_scene::{EditOrder, ParentBundle, Prediction};
 use crate::app::submission::Submission;
 use crate::problem::Problem;
@@ -86,7 +86,7 @@ impl EditBody {
     fn order(self) -> EditOrder {
         let Self { operations, text, seed, labels, options, priority, not_before, deadline, .. } = self;
         let terms = terms(seed, labels, options.options(), (priority, not_before, deadline));
-        EditOrder { operations, text, terms }
+        EditOrder { operations, text, program: None, terms }
     }
 }
 
@@ -106,21 +106,18 @@ pub(super) struct ValidatedEdit {
     prediction: Option<Prediction>,
 }
 
-/// The checked edit. Words are read beside the objects of the parent, whose archive is loaded for them alone.
+/// The checked edit. Words are read beside the objects of the parent: what stands there needs no article.
 async fn checked(
     api: &TenantApi,
     scene_id: &SceneId,
     body: EditBody,
     parent: &ParentBundle,
 ) -> Result<Submission, Problem> {
-    let (app, order) = (api.app.clone(), body.order());
-    if order.text.is_none() {
-        return app.check_edit(order, parent, None);
+    let mut order = body.order();
+    if let Some(text) = api.app.instruction_of(&order) {
+        order.program = Some(instructions::edit_program(api, scene_id, parent, text).await?);
     }
-    let permit = api.decoders.of(&api.tenant_id).await;
-    let known = parent.clone();
-    let check = move |archive: &[u8]| app.check_edit(order, &known, Some(archive));
-    parent::compute_with(api, scene_id, parent, permit, check).await
+    api.app.check_edit(order, parent)
 }
 
 /// `POST /scenes/{scene_id}/edits`.

@@ -20,6 +20,7 @@ use super::admission::overloaded;
 use super::deletion::{self, gone};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::idempotency::{IdempotencyKey, KeyScope, scoped};
+use super::instructions::read_tasks;
 use super::limits::{check_bytes, refused};
 use super::parent;
 use super::query::{IdFilter, Page, PageSize, PageToken, Parameters};
@@ -50,10 +51,12 @@ pub async fn submit(
     JsonBody { value: draft, memory: _memory }: JsonBody<EpisodesDraft>,
 ) -> Result<Response, Problem> {
     draft.check_texts(api.settings.max_text_chars)?;
-    let order = ordered(&draft)?;
+    let mut order = ordered(&draft)?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let bundle = parent::bundle_of(&api, &scene_id, true).await?;
     check_bytes(&api).await?;
+    let robot = order.robot.clone();
+    read_tasks(&api, &scene_id, &bundle, order.tasks.iter_mut(), &robot).await?;
     let request = order.stored();
     let new = NewRecording {
         tenant_id: api.tenant_id.clone(),

@@ -14,6 +14,7 @@ use super::download::{Content, Download, respond};
 use super::enqueue::{Awaited, SubmissionOptions, preference_applied, wait_for};
 use super::extract::{JsonBody, JsonRequest, PathId, TenantApi};
 use super::idempotency::{KeyScope, scoped};
+use super::instructions::read_tasks;
 use super::limits::{check_bytes, refused};
 use super::query::Parameters;
 use super::{jobs, parent};
@@ -47,10 +48,12 @@ pub async fn submit(
     SubmissionOptions { idempotency_key, wait, .. }: SubmissionOptions,
     JsonBody { value: draft, memory: _memory }: JsonBody<ExecutionDraft>,
 ) -> Result<Response, Problem> {
-    let order = draft.checked(format, api.settings.max_text_chars)?;
+    let mut order = draft.checked(format, api.settings.max_text_chars)?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let bundle = parent::bundle_of(&api, &scene_id, true).await?;
     check_bytes(&api).await?;
+    let robot = order.robot.clone();
+    read_tasks(&api, &scene_id, &bundle, std::iter::once(&mut order.task), &robot).await?;
     let request = order.stored();
     let body_digest = Digest::of(format!("{scene_id} {request}").as_bytes());
     let new = NewExecution {

@@ -5,8 +5,10 @@ use axum::response::{IntoResponse, Response};
 
 use super::admission::overloaded;
 use super::extract::{PathId, TenantApi};
+use super::instructions::read_tasks;
 use super::parent;
 use super::query::{Parameters, invalid_parameter};
+use crate::app::executions::TaskSource;
 use crate::app::tasks::TasksRequest;
 use crate::problem::Problem;
 use scene::SceneId;
@@ -21,13 +23,21 @@ pub async fn list(
     checked.map_err(|error| invalid_parameter(&format!("{} {}", &error.pointer[1..], error.detail)))?;
     let _permit = api.requests.clone().try_acquire_owned().map_err(|_| overloaded())?;
     let bundle = parent::bundle_of(&api, &scene_id, true).await?;
+    let read = match &request.text {
+        Some(text) => {
+            let mut task = TaskSource::Text(text.clone());
+            read_tasks(&api, &scene_id, &bundle, std::iter::once(&mut task), &request.robot).await?;
+            Some(task)
+        }
+        None => None,
+    };
     // Rehearsals simulate for seconds, as executions do; the rest takes milliseconds.
     let permit = match request.is_rehearsed() {
         true => (Some(api.rehearsals.clone().try_acquire_owned().map_err(|_| overloaded())?), None),
         false => (None, Some(api.decoders.of(&api.tenant_id).await)),
     };
     let app = api.app.clone();
-    let propose = move |archive: &[u8]| app.propose_tasks(archive, &request);
+    let propose = move |archive: &[u8]| app.propose_tasks(archive, &request, read);
     let found = parent::compute_with(&api, &scene_id, &bundle, permit, propose).await?;
     Ok(Json(found).into_response())
 }

@@ -2,18 +2,15 @@
 
 use serde_json::Value;
 
-use super::submission::{Submission, check_text};
+use super::submission::{Submission, TextError, check_text};
 use super::terms::Terms;
 use super::{App, edit_operations};
 use crate::pipeline;
 use crate::pipeline::error::StageError;
-use crate::pipeline::task_scene::of_archive;
 use crate::problem::{FieldError, Problem, ProblemType};
-use editing::references::SceneReferents;
-use language::{EnglishNouns, edit};
 pub use pipeline::edit::Prediction;
 use runtime::CancelFlag;
-use scene::{EditOperation, Input, SceneRequest};
+use scene::{EditProgram, Input, SceneRequest};
 use store::Digest;
 
 /// The bundle of the finished scene that another is made from.
@@ -32,29 +29,41 @@ pub struct EditOrder {
     pub operations: Option<Vec<Value>>,
     /// An instruction in words.
     pub text: Option<String>,
+    /// The program of the instruction, once it was read.
+    pub program: Option<EditProgram>,
     pub terms: Terms,
 }
 
 impl App {
-    /// Checks an edit of the parent; the result may be enqueued. An instruction in words is read with the objects of
-    /// the parent's archive: what stands there needs no article. It computes, so it blocks where there is an archive.
+    /// The instruction that is to be read before [`Self::check_edit`]; `None` for an order by operations, and for one
+    /// that is refused without reading.
+    pub fn instruction_of(&self, order: &EditOrder) -> Option<String> {
+        let text = order.text.as_deref().filter(|_| order.operations.is_none())?;
+        let is_refused = order.program.is_some() || !order.terms.errors().is_empty();
+        check_text(text, self.config().server.max_text_chars).ok().filter(|_| !is_refused)
+    }
+
+    /// Checks an edit of the parent; the result may be enqueued.
     ///
     /// # Errors
     ///
     /// A [`Problem`] with every violation of the order.
-    pub fn check_edit(
-        &self,
-        order: EditOrder,
-        parent: &ParentBundle,
-        archive: Option<&[u8]>,
-    ) -> Result<Submission, Problem> {
-        let EditOrder { operations, text, terms } = order;
+    pub fn check_edit(&self, order: EditOrder, parent: &ParentBundle) -> Result<Submission, Problem> {
+        let EditOrder { operations, text, program, terms } = order;
         let mut errors = terms.errors();
         let (operations, text) = match (operations, text) {
             (Some(items), None) => (edit_operations::read(&items), None),
             (None, Some(text)) => {
-                let (operations, text) = read_text(&text, self.config().server.max_text_chars, archive);
-                (operations.map_err(|error| vec![error]), text)
+                let checked = check_text(&text, self.config().server.max_text_chars);
+                let text = checked.as_ref().ok().cloned();
+                let not_empty = |error: TextError| match error {
+                    TextError::Empty => "is empty; say what to change".to_owned(),
+                    other => other.to_string(),
+                };
+                let checked = checked.map_err(|error| vec![FieldError::new("/text", not_empty(error))]);
+                let operations =
+                    checked.map(|_| program.iter().flat_map(EditProgram::meanings).cloned().collect());
+                (operations, text)
             }
             (Some(_), Some(_)) => (Err(one_source("both are there")), None),
             (None, None) => (Err(one_source("there is neither")), None),
@@ -67,7 +76,10 @@ impl App {
             return Err(Problem::invalid(errors));
         }
         let (parent, bundle_sha256) = (parent.id.clone(), parent.digest.to_string());
-        self.submission(terms, Input::Edit { parent, bundle_sha256, operations, text })
+        let words = program.iter().flat_map(|program| &program.statements);
+        let words = words.map(|statement| statement.words.clone()).collect();
+        let asides = program.map(|program| program.asides).unwrap_or_default();
+        self.submission(terms, Input::Edit { parent, bundle_sha256, operations, text, words, asides })
     }
 
     /// Places and collisions of an edit of the scene in an archive, without making a scene; `None` for a request that
@@ -104,27 +116,4 @@ fn not_predicted(error: StageError) -> Problem {
 
 fn one_source(which: &str) -> Vec<FieldError> {
     vec![FieldError::new("", format!("give `operations` or `text`, one of them; {which}"))]
-}
-
-/// The operations of an instruction, and the instruction without surrounding white space.
-fn read_text(
-    text: &str,
-    max_chars: usize,
-    archive: Option<&[u8]>,
-) -> (Result<Vec<EditOperation>, FieldError>, Option<String>) {
-    if !text.contains(char::is_alphanumeric) {
-        return (Err(FieldError::new("/text", "is empty; say what to change")), None);
-    }
-    match check_text(text, max_chars) {
-        Ok(text) => {
-            // An archive that cannot be read fails the job, which says why.
-            let scene = archive.and_then(|archive| of_archive(archive).ok());
-            let operations = match &scene {
-                Some(scene) => edit::read(&text, &SceneReferents(scene.tasks.described())),
-                None => edit::read(&text, &EnglishNouns),
-            };
-            (operations.map_err(|error| FieldError::new("/text", error.to_string())), Some(text))
-        }
-        Err(detail) => (Err(FieldError::new("/text", detail.to_string())), None),
-    }
 }

@@ -152,7 +152,7 @@ pub fn task_of(
     watch: Watch,
 ) -> Result<Task, Problem> {
     match source {
-        TaskSource::Text(text) => instructed_task(&text, bundle, known, resolved, watch),
+        text @ TaskSource::Text(_) => instructed_task(text, bundle, known, resolved, watch),
         TaskSource::Task(task) => Ok(*task),
     }
 }

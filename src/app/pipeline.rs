@@ -31,10 +31,15 @@ struct Models {
 /// Builds scenes with the configured adapters, each with the settings its request asks for. Weights and keys are read
 /// here, so that those that will not do are found before any work.
 pub fn build_pipeline(resolved: &Resolved) -> Result<BuildScene, ConfigErrors> {
+    build_pipeline_with(resolved, &Remote::load(resolved)?)
+}
+
+/// The same with remote models that others use, too.
+pub fn build_pipeline_with(resolved: &Resolved, remote: &Remote) -> Result<BuildScene, ConfigErrors> {
     let models = Models {
         features: Features::load(resolved)?,
         network: network::load(resolved)?,
-        remote: Remote::load(resolved)?,
+        remote: remote.clone(),
         compute: Arc::new(Compute::new(&resolved.config.compute)),
     };
     let resolved = Arc::new(resolved.clone());

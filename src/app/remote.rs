@@ -6,11 +6,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::config::{ConfigError, ConfigErrors, Resolved};
+use embedded::instruction_reader::EnglishReader;
 use http_client::cassette::{Cassette, CassetteError};
 use http_client::circuit_breaker::CircuitBreaker;
 use http_client::rate_limit::RateLimiters;
 use http_client::{AddressPolicy, HttpClient, Secret};
-use ports::{ImageGenerator, MeshGenerator, Port, Ports, SceneAnalyst, Segmenter};
+use ports::{ImageGenerator, InstructionReader, MeshGenerator, Port, Ports, SceneAnalyst, Segmenter};
 use remote::ark;
 use remote::ark::ArkImageGenerator;
 use remote::chat;
@@ -38,6 +39,8 @@ use remote::{
 #[derive(Clone)]
 pub struct Remote {
     analysts: Vec<Option<Arc<dyn SceneAnalyst>>>,
+    /// The analysts, as readers of instructions.
+    readers: Vec<Option<Arc<dyn InstructionReader>>>,
     painters: Vec<Option<Arc<dyn ImageGenerator>>>,
     segmenters: Vec<Option<Arc<dyn Segmenter>>>,
     mesh_generators: Vec<Option<Arc<dyn MeshGenerator>>>,
@@ -56,8 +59,12 @@ impl Remote {
     ) -> Result<Self, ConfigErrors> {
         let settings = &resolved.config.providers;
         let mut endpoints = Endpoints::new(resolved, variable);
+        let chats = each(&settings.analyst, |provider| analyst(provider, settings, &mut endpoints))?;
+        let analysts = chats.iter().cloned().map(|chat| chat.map(|chat| chat as Arc<dyn SceneAnalyst>));
+        let readers = chats.iter().cloned().map(|chat| chat.map(|chat| chat as Arc<dyn InstructionReader>));
         Ok(Self {
-            analysts: each(&settings.analyst, |provider| analyst(provider, settings, &mut endpoints))?,
+            analysts: analysts.collect(),
+            readers: readers.collect(),
             painters: each(&settings.image_generator, |provider| {
                 image_generator(provider, settings, &mut endpoints)
             })?,
@@ -66,6 +73,12 @@ impl Remote {
                 mesh_generator(provider, settings, &mut endpoints)
             })?,
         })
+    }
+
+    /// The reader of instructions with the providers in their order; `None` where the embedded one reads alone.
+    pub fn reader(&self) -> Option<Arc<dyn InstructionReader>> {
+        let embedded: Arc<dyn InstructionReader> = Arc::new(EnglishReader);
+        preferred(&self.readers, &embedded).map(|readers| Arc::new(readers) as Arc<dyn InstructionReader>)
     }
 
     /// The ports with the providers in their order, the embedded one where it stands.
@@ -101,7 +114,7 @@ fn analyst<V: Fn(&str) -> Option<String>>(
     provider: AnalystProvider,
     settings: &ProviderSettings,
     endpoints: &mut Endpoints<'_, V>,
-) -> Made<dyn SceneAnalyst> {
+) -> Made<ChatAnalyst> {
     let (section, chat) = match provider {
         AnalystProvider::Embedded => return Ok(None),
         AnalystProvider::Chat => ("providers.chat", &settings.chat),

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::App;
 use super::activity::{Activity, Watch, staged, unwatched};
-use super::executions::{bundle_of, task_scene as simulated_scene};
+use super::executions::{TaskSource, bundle_of, task_scene as simulated_scene};
 use super::grasps::{known_grasps, limits, note, note_wide};
+use super::instructions::refused;
 use super::submission::check_text;
 use crate::config::Resolved;
 use crate::pipeline::task_scene::BundleScene;
@@ -102,15 +103,21 @@ impl TasksRequest {
 }
 
 impl App {
-    /// Proposes tasks in the scene of an archive, or reads them. It computes, so it blocks.
+    /// Proposes tasks in the scene of an archive, or checks the one that an instruction asks for. It computes, so it
+    /// blocks.
     ///
     /// # Errors
     ///
     /// As [`tasks_of`], and for an archive that cannot be read.
-    pub fn propose_tasks(&self, archive: &[u8], request: &TasksRequest) -> Result<SceneTasks, Problem> {
+    pub fn propose_tasks(
+        &self,
+        archive: &[u8],
+        request: &TasksRequest,
+        instructed: Option<TaskSource>,
+    ) -> Result<SceneTasks, Problem> {
         // An unknown robot is found before the bundle is unpacked.
         let robot = robot_named(&request.robot)?;
-        tasks_of(&bundle_of(archive)?, request, &robot, self.resolved(), &unwatched)
+        tasks_of(&bundle_of(archive)?, request, instructed, &robot, self.resolved(), &unwatched)
     }
 }
 
@@ -122,14 +129,15 @@ impl App {
 pub fn tasks_of(
     bundle: &BundleScene,
     request: &TasksRequest,
+    instructed: Option<TaskSource>,
     robot: &Robot,
     resolved: &Resolved,
     watch: Watch,
 ) -> Result<SceneTasks, Problem> {
     let (scene, config) = (simulated_scene(bundle)?, &resolved.config);
     let mut known = known_grasps(bundle, &scene, robot, &config.grasps, request.seed);
-    let (instructed, proposed) = match &request.text {
-        Some(text) => (Some(instructed_task(text, bundle, &mut known, resolved, watch)?), Vec::new()),
+    let (instructed, proposed) = match instructed {
+        Some(source) => (Some(instructed_task(source, bundle, &mut known, resolved, watch)?), Vec::new()),
         None if request.rehearsed => (None, rehearsed(bundle, request, &mut known, resolved, watch)?),
         None => {
             let limits = limits(&mut known, bundle, config)?;
@@ -173,20 +181,23 @@ fn rehearsed(
 /// The stage in which proposals are rehearsed.
 const REHEARSE: &str = "rehearse";
 
-/// The task of an instruction.
+/// The task of an instruction, which the robot can do as far as shapes and weights say.
 ///
 /// # Errors
 ///
 /// As [`tasks_of`].
 pub fn instructed_task(
-    text: &str,
+    source: TaskSource,
     bundle: &BundleScene,
     known: &mut KnownGrasps,
     resolved: &Resolved,
     watch: Watch,
 ) -> Result<Task, Problem> {
-    let task =
-        tasks::text::task(text, &bundle.tasks, known.robot().name()).map_err(|refusal| refused(&refusal))?;
+    let task = match source {
+        TaskSource::Text(text) => tasks::text::task(&text, &bundle.tasks, known.robot().name())
+            .map_err(|refusal| refused(&refusal))?,
+        TaskSource::Task(task) => *task,
+    };
     let mut limits = limits(known, bundle, &resolved.config)?;
     loop {
         match validate(&task, &bundle.tasks, std::slice::from_ref(&limits)) {
@@ -209,8 +220,4 @@ pub fn robot_named(name: &str) -> Result<Robot, Problem> {
     let known = || library::names().map(str::to_owned).collect();
     let unknown = |_| refused(&Refusal::UnknownRobot { robot: name.to_owned(), known: known() });
     Robot::built_in(name, None).map_err(unknown)
-}
-
-fn refused(refusal: &Refusal) -> Problem {
-    Problem::new(ProblemType::InvalidRequest, refusal.code(), refusal.to_string())
 }

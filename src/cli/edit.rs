@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::bundle_input::BundleInput;
 use super::generate::refused;
 use super::local_job::{JobConfig, JobOptions};
-use super::{Exit, Failure, certificate, input_file, scene_summary, terminal};
+use super::{Exit, Failure, certificate, input_file, instructions, scene_summary, terminal};
 use crate::app::App;
 use crate::app::edit_scene::{EditOrder, ParentBundle};
 use crate::app::submission::Submission;
@@ -55,10 +55,11 @@ fn edit(mut arguments: Arguments) -> Result<Exit, Failure> {
     let options =
         RequestOptions { set: own, robot: arguments.job.robot.clone(), ..RequestOptions::default() };
     let terms = Terms { seed: arguments.job.seed, options, ..Terms::default() };
-    let order = EditOrder { operations, text: arguments.text.clone(), terms };
+    let mut order = EditOrder { operations, text: arguments.text.clone(), program: None, terms };
+    let refusal = |problem| refused(problem, "--text");
+    instructions::read_edit(&resolved, &archive, &mut order, refusal)?;
     let app = App::new(&resolved);
-    let submission =
-        app.check_edit(order, &parent, Some(&archive)).map_err(|problem| refused(problem, "--text"))?;
+    let submission = app.check_edit(order, &parent).map_err(refusal)?;
     if arguments.dry_run {
         return predict(&app, &submission, &archive);
     }
@@ -96,7 +97,11 @@ pub(super) fn lines(account: &EditAccount) -> String {
     let mut text = String::new();
     for (index, operation) in account.operations.iter().enumerate() {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {:>2}. {}", index + 1, operation.sentence);
+        let words = operation.words.as_ref().map_or(String::new(), |words| format!(" ({words:?})"));
+        let _ = writeln!(text, "  {:>2}. {}{words}", index + 1, operation.sentence);
+    }
+    for words in &account.asides {
+        let _ = writeln!(text, "  nothing asked by {words:?}");
     }
     for moved in &account.moved {
         let (distance_mm, turn_deg) = (moved.distance_m * 1000.0, moved.angle_rad.to_degrees());

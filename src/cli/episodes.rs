@@ -14,7 +14,7 @@ use super::foreground::computed;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::output::{Kind, Output};
-use super::{Exit, Failure, input_file, number, runtime, scene_summary, signals, terminal};
+use super::{Exit, Failure, input_file, instructions, number, runtime, scene_summary, signals, terminal};
 use crate::app::episodes::order::{MAX_COUNT, MAX_FPS, MAX_POINTS, makeable_format};
 use crate::app::episodes::recorder::{Amount, RecordError, Recorded, Tally, record};
 use crate::app::episodes::{Cameras, EpisodesOrder, card, setup};
@@ -128,12 +128,13 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
 fn record_episodes(arguments: &Arguments) -> Result<Exit, Failure> {
     let resolved = arguments.options.load(Vec::new())?;
     let output = Output::check(&arguments.out, Kind::Episodes, arguments.force, &[&arguments.bundle])?;
-    let order = order(arguments)?;
+    let mut order = order(arguments)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
+    let refusal = |problem| refused(problem, "--task");
+    instructions::read_tasks(&resolved, &archive, &mut order.tasks, &arguments.robot, refusal)?;
     let (of_setup, config) = (order.clone(), resolved.clone());
-    let setup = computed(arguments.json, move |watch| {
-        setup(&archive, &of_setup, &config, watch).map_err(|problem| refused(problem, "--task"))
-    })?;
+    let setup =
+        computed(arguments.json, move |watch| setup(&archive, &of_setup, &config, watch).map_err(refusal))?;
     let amount = Amount {
         count: order.count,
         max_attempts: order.max_attempts,

@@ -11,7 +11,7 @@ use super::foreground::computed;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::output::{Kind, Output};
-use super::{Exit, Failure, input_file, number, scene_summary, terminal};
+use super::{Exit, Failure, input_file, instructions, number, scene_summary, terminal};
 use crate::app::activity::staged;
 use crate::app::executions::order::{BasePlace, OutOfRange};
 use crate::app::executions::{TaskSource, files, run as execute_task, video};
@@ -67,13 +67,14 @@ fn execute(arguments: &Arguments) -> Result<Exit, Failure> {
         video::check().map_err(|why| Failure::usage(format!("--video: {why}")))?;
     }
     let output = output(arguments)?;
-    let source = source(&arguments.task)?;
+    let mut source = source(&arguments.task)?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
+    let (tasks, refusal) = (std::slice::from_mut(&mut source), |problem| refused(problem, "--task"));
+    instructions::read_tasks(&resolved, &archive, tasks, &arguments.robot, refusal)?;
     let (robot, base, seed) = (arguments.robot.clone(), arguments.base, arguments.seed);
     let (with_files, with_video) = (arguments.out.is_some(), arguments.video);
     let (executed, files) = computed(arguments.json, move |watch| {
         let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
-        let refusal = |problem| refused(problem, "--task");
         let executed =
             execute_task(&bundle, source, &robot, base, seed, &resolved, watch).map_err(refusal)?;
         let files = || files::all_files(&archive, &executed, with_video).map_err(refusal);

@@ -9,7 +9,8 @@ use serde_json::json;
 use super::options::ConfigOptions;
 use super::worker::take_jobs;
 use super::{Exit, Failure, block_on, private_mode, signals, terminal};
-use crate::app::{self, telemetry};
+use crate::app::remote::Remote;
+use crate::app::{App, pipeline, telemetry};
 use crate::service;
 use crate::service::role::Role;
 
@@ -50,15 +51,17 @@ pub fn run(arguments: Arguments) -> Result<Exit, Failure> {
     }
     // Kept to the end: dropping it sends the spans that wait.
     let _traces = telemetry::start(&resolved.config).map_err(|error| Failure::usage(error.to_string()))?;
+    let remote = Remote::load(&resolved)?;
+    let app = App::reading_with(&resolved, &remote);
     let build = match role {
         Role::Api => None,
-        _ => Some(app::pipeline::build_pipeline(&resolved)?),
+        _ => Some(pipeline::build_pipeline_with(&resolved, &remote)?),
     };
     block_on(async {
         let stop = signals::stop_on_signal("draining: running stages finish, jobs go back to the queue")?;
         let service = match build {
-            Some(build) => service::start(&resolved, &data_dir, build).await?,
-            None => service::start_api(&resolved, &data_dir).await?,
+            Some(build) => service::start(&app, &data_dir, build).await?,
+            None => service::start_api(&app, &data_dir).await?,
         };
         let role = role.as_str();
         tracing::info!(address = %service.address, role, data_dir = %data_dir.display(), "serving");

@@ -11,7 +11,8 @@ use super::foreground::computed;
 use super::generate::refused;
 use super::options::ConfigOptions;
 use super::output::{Kind, Output};
-use super::{Exit, Failure, number, scene_summary, terminal};
+use super::{Exit, Failure, instructions, number, scene_summary, terminal};
+use crate::app::executions::TaskSource;
 use crate::app::tasks::{MAX_TASKS, SceneTasks, TasksRequest, robot_named, tasks_of};
 use crate::pipeline::task_scene::{self, BundleScene};
 use crate::problem::Problem;
@@ -70,9 +71,12 @@ fn tasks(arguments: Arguments) -> Result<Exit, Failure> {
     let check = |out: &PathBuf| Output::check(out, Kind::Tasks, arguments.force, &[&arguments.bundle]);
     let output = arguments.out.as_ref().map(check).transpose()?;
     let archive = BundleInput::open(&arguments.bundle)?.into_archive()?;
+    let mut instructed: Vec<TaskSource> = request.text.clone().map(TaskSource::Text).into_iter().collect();
+    instructions::read_tasks(&resolved, &archive, &mut instructed, &request.robot, refusal)?;
     let (found, bundle) = computed(arguments.json, move |watch| {
         let bundle = task_scene::of_archive(&archive).map_err(|error| Failure::usage(error.message))?;
-        let found = tasks_of(&bundle, &request, &robot, &resolved, watch).map_err(refusal)?;
+        let found =
+            tasks_of(&bundle, &request, instructed.pop(), &robot, &resolved, watch).map_err(refusal)?;
         Ok((found, bundle))
     })?;
     if let Some(output) = output {

@@ -9,7 +9,7 @@ use super::options::ConfigOptions;
 use super::serve::listening;
 use super::{Exit, Failure, block_on, number, private_mode, signals, terminal};
 use crate::app::config::Resolved;
-use crate::app::{self, telemetry};
+use crate::app::{self, App, telemetry};
 use crate::service;
 use crate::service::role::Role;
 
@@ -52,7 +52,7 @@ pub(super) fn take_jobs(resolved: &Resolved, data_dir: &Path, as_json: bool) -> 
         let stop = signals::stop_on_signal("draining: running stages finish, jobs go back to the queue")?;
         let listen = resolved.config.worker.listen.as_str();
         let listen = (!listen.is_empty()).then_some(listen);
-        let service = service::start_worker(resolved, data_dir, listen, build).await?;
+        let service = service::start_worker(&App::new(resolved), data_dir, listen, build).await?;
         let slots = resolved.config.worker.concurrency;
         tracing::info!(slots, "taking jobs");
         terminal::print(&match service.address {

@@ -23,6 +23,7 @@ use std::sync::Arc;
 use error::EditError;
 pub use predict::{Prediction, predict};
 pub(super) use recolor::main_color;
+use serde::Serialize;
 
 use super::certify;
 use super::checkpoint::Checkpoints;
@@ -67,8 +68,8 @@ pub async fn edit_scene(
     settings: Arc<Settings>,
 ) -> Result<BuiltScene, StageError> {
     let (parent_id, bundle_sha256, change) = match request.input.clone() {
-        Input::Edit { parent, bundle_sha256, operations, .. } => {
-            (parent, bundle_sha256, Change::Stated(operations))
+        Input::Edit { parent, bundle_sha256, operations, words, asides, .. } => {
+            (parent, bundle_sha256, Change::Stated { operations, words: Words { words, asides } })
         }
         Input::Variant { parent, bundle_sha256, randomize } => {
             (parent, bundle_sha256, Change::Drawn(randomize))
@@ -88,13 +89,15 @@ pub async fn edit_scene(
     let inputs = parent::Inputs { bundle: bundle.clone() };
     let parent = stages.run(parent::STAGE, inputs, parent::run).await?;
 
-    let (operations, is_drawn) = match change {
-        Change::Stated(operations) => (operations, false),
-        Change::Drawn(randomize) => (variation::drawn(&parent, &randomize, request.seed), true),
+    let (operations, words, is_drawn) = match change {
+        Change::Stated { operations, words } => (operations, words, false),
+        Change::Drawn(randomize) => {
+            (variation::drawn(&parent, &randomize, request.seed), Words::default(), true)
+        }
     };
     let additions = additions::make(&request, &operations, &parent, &stages, &settings).await?;
 
-    let plan = apply::Plan { parent_id, operations, additions, is_drawn, seed: request.seed };
+    let plan = apply::Plan { parent_id, operations, words, additions, is_drawn, seed: request.seed };
     let inputs = apply::Inputs::new(parent, plan, &ports, &settings);
     let composition = stages.run(apply::STAGE, inputs, apply::run).await?;
 
@@ -107,9 +110,21 @@ pub async fn edit_scene(
     Ok(bundle.into_rows())
 }
 
+/// The account of an instruction; empty for operations that were not given in words.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Words {
+    /// The words that each operation comes from.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub words: Vec<String>,
+    /// Words that ask for nothing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub asides: Vec<String>,
+}
+
 /// Change of the parent.
 enum Change {
-    Stated(Vec<EditOperation>),
+    /// Operations, and the words that each comes from, if any.
+    Stated { operations: Vec<EditOperation>, words: Words },
     /// Operations that the seed draws.
     Drawn(Randomize),
 }

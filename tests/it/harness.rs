@@ -3,6 +3,7 @@
 pub mod script;
 pub mod server;
 pub mod contract;
+pub mod instructions;
 pub mod databases;
 pub mod tiny_bundle;
 pub mod event_stream;

@@ -7,3 +7,4 @@ mod edit;
 mod edited_text;
 mod robot;
 mod clutter;
+mod instructions;

@@ -8,6 +8,7 @@ mod chat;
 mod chat_opinions;
 mod chat_faults;
 mod chat_scene;
+mod instructions;
 pub mod images_server;
 mod images;
 pub mod ark_server;

@@ -305,8 +305,14 @@ fn a_rendering_of_the_program_is_no_measure_of_likeness() {
     let mut planted = Planted::with(|planted| planted.inputs.fidelity.min_silhouette_iou = 0.9);
     // Without the demands of a text, a model generated the image.
     assert_eq!(planted.codes(), [ReasonCode::UnlikeImage]);
-    planted.inputs.identity.request.input =
-        Input::Edit { parent: "0".into(), bundle_sha256: "0".into(), operations: Vec::new(), text: None };
+    planted.inputs.identity.request.input = Input::Edit {
+        parent: "0".into(),
+        bundle_sha256: "0".into(),
+        operations: Vec::new(),
+        text: None,
+        words: Vec::new(),
+        asides: Vec::new(),
+    };
     assert!(planted.codes().is_empty());
     let input =
         Input::Image { sha256: "0".into(), media_type: "image/png".into(), text: None, depth_sha256: None };

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::draft::{Draft, load as load_geometry};
 use super::error::EditError;
 use super::operations::{NewTable, OperationInputs, carry_out, color_named, material_named};
-use super::{Additions, account, refused, view};
+use super::{Additions, Words, account, refused, view};
 use crate::pipeline::checkpoint::Stage;
 use crate::pipeline::composition::Composition;
 use crate::pipeline::error::StageError;
@@ -31,6 +31,8 @@ pub struct Plan {
     /// Id of the parent in its `scene.json`.
     pub parent_id: String,
     pub operations: Vec<EditOperation>,
+    #[serde(flatten)]
+    pub words: Words,
     pub(super) additions: Additions,
     /// Whether a seed drew the operations: one that cannot be carried out is left out then.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -147,7 +149,7 @@ async fn tables(context: &Context, inputs: &Inputs) -> Result<BTreeMap<usize, Ne
 fn left_out(operation: &EditOperation, why: &EditError) -> OperationResult {
     let op = operation.name().to_owned();
     let sentence = format!("left {op} out: {why}");
-    OperationResult { op, objects: Vec::new(), sentence }
+    OperationResult { op, objects: Vec::new(), sentence, words: None }
 }
 
 struct Edited {
@@ -222,8 +224,15 @@ fn carry_out_all(
             _ => text,
         });
     }
-    composition.edit =
-        Some(EditAccount { parent: inputs.plan.parent_id.clone(), operations: results, moved });
+    for (done, words) in results.iter_mut().zip(&inputs.plan.words.words) {
+        done.words = Some(words.clone());
+    }
+    composition.edit = Some(EditAccount {
+        parent: inputs.plan.parent_id.clone(),
+        operations: results,
+        asides: inputs.plan.words.asides.clone(),
+        moved,
+    });
     composition.resolve = certificate::ResolveFinding {
         rounds: 1,
         log: composition

@@ -93,7 +93,7 @@ pub(super) fn carry_out(
         EditOperation::MoveCamera(change) => move_camera(draft, change)?,
     };
     draft.note_result(&objects);
-    Ok(OperationResult { op: operation.name().to_owned(), objects, sentence })
+    Ok(OperationResult { op: operation.name().to_owned(), objects, sentence, words: None })
 }
 
 type Done = Result<(Vec<InstanceId>, String), EditError>;

@@ -1871,6 +1871,8 @@ export interface components {
             parent: string;
             /** @description One entry per operation, in order. */
             operations: components["schemas"]["OperationResult"][];
+            /** @description Words of the instruction that ask for nothing, where the edit was given in words. */
+            asides?: string[];
             /** @description Objects that no operation names and that moved nevertheless. All others have exactly the parent's poses. */
             moved: components["schemas"]["MovedObject"][];
         };
@@ -2705,6 +2707,8 @@ export interface components {
             objects: components["schemas"]["Names"];
             /** @description Change made by the operation, in one sentence. */
             sentence: string;
+            /** @description The words of the instruction that ask for it, where the edit was given in words. */
+            words?: string;
         };
         /** @description An edit as a list of operations. */
         OperationsEdit: {

@@ -9,7 +9,7 @@ use std::time::Duration;
 use datasets::tar::TarReader;
 use hyper::Method;
 use serde_json::{Value, json};
-use tabletopgen::app::pipeline;
+use tabletopgen::app::{App, pipeline};
 use tabletopgen::service;
 
 use crate::harness::script::{Act, Script};
@@ -97,7 +97,7 @@ async fn episodes_over_a_restart_are_those_of_the_command() {
     let before = server.store().kept_attempts(&id).await.unwrap();
     let home = server.stop().await;
     let build = pipeline::build_pipeline(&resolved).unwrap();
-    let service = service::start(&resolved, home.path(), build).await.unwrap();
+    let service = service::start(&App::new(&resolved), home.path(), build).await.unwrap();
     let server = Server::serving(home, service);
     let after = server.store().kept_attempts(&id).await.unwrap();
     assert_eq!(after[..before.len()], before, "attempts that were made are not made again");

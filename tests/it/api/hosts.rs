@@ -2,7 +2,7 @@
 //! operator allows it.
 
 use hyper::Method;
-use tabletopgen::app::AppError;
+use tabletopgen::app::{App, AppError};
 use tabletopgen::service;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -98,8 +98,12 @@ async fn an_address_beyond_loopback_needs_leave() {
     let directory = tempfile::tempdir().unwrap();
     let script = Script::new(&[]);
     for listen in ["0.0.0.0:0", "[::]:0"] {
-        let refused =
-            service::start(&settings(&[("server.listen", listen)]), directory.path(), script.build()).await;
+        let refused = service::start(
+            &App::new(&settings(&[("server.listen", listen)])),
+            directory.path(),
+            script.build(),
+        )
+        .await;
         let error = refused.err().expect("is refused");
         assert!(matches!(error, AppError::OpenToOthers { .. }), "{error}");
         let message = error.chain();

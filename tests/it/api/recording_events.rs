@@ -10,6 +10,7 @@ use store::lifecycle::{Failure, FailureClass, JobKind};
 use store::queue::{AttemptOutcome, Scope};
 use store::recordings::{MadeAttempt, NewRecording, SubmitRecordingOutcome};
 use store::{DEFAULT_TENANT, Digest, Intent, Lease, Store};
+use tabletopgen::app::App;
 use tabletopgen::{app, service};
 
 use crate::harness::event_stream::{EventStream, SentEvent};
@@ -208,7 +209,7 @@ async fn a_stream_tells_what_other_processes_do() {
     let resolved = settings(&[("store.database", &url), ("store.blobs", "memory")]);
     let directories = [(); 2].map(|()| tempfile::tempdir().unwrap());
     let [one, other] = directories;
-    let service = service::start_api(&resolved, one.path()).await.unwrap();
+    let service = service::start_api(&App::new(&resolved), one.path()).await.unwrap();
     let server = Server::serving(Arc::new(one), service);
     let worker = app::open(other.path(), &resolved.config, Intent::Create).await.unwrap();
     let (_, path) = ordered(server.store(), 1).await;

@@ -12,6 +12,8 @@ use hyper_util::client::legacy::connect::HttpConnector;
 use hyper_util::rt::TokioExecutor;
 use serde_json::{Value, json};
 use store::{Intent, Store};
+use tabletopgen::app::App;
+use tabletopgen::app::remote::Remote;
 use tabletopgen::config::{Resolved, Sources, layers};
 use tabletopgen::service;
 use tabletopgen::service::Service;
@@ -66,6 +68,11 @@ pub async fn settings_in(directory: &Path, set: &[(&str, &str)]) -> Resolved {
     settings(&[&[database], set].concat())
 }
 
+/// The use cases with the configured reader of instructions.
+pub fn reading(resolved: &Resolved) -> App {
+    App::reading_with(resolved, &Remote::load(resolved).expect("makes remote models"))
+}
+
 /// The store of a data directory.
 pub async fn opened(directory: &Path) -> Store {
     tabletopgen::app::open(directory, &settings_in(directory, &[]).await.config, Intent::Create)
@@ -86,22 +93,24 @@ impl Server {
     /// With a pipeline of its own.
     pub async fn building(build: BuildScene, resolved: &Resolved) -> Self {
         let directory = Arc::new(tempfile::tempdir().expect("temporary directory"));
-        let service = service::start(resolved, directory.path(), build).await.expect("starts");
+        let service = service::start(&reading(resolved), directory.path(), build).await.expect("starts");
         Self { directory, service, client: Client::builder(TokioExecutor::new()).build_http() }
     }
 
     /// On a data directory that was used before.
     pub async fn on(directory: Arc<TempDir>, script: &Arc<Script>, set: &[(&str, &str)]) -> Self {
         let data = directory.path().to_owned();
-        let service =
-            service::start(&settings_in(&data, set).await, &data, script.build()).await.expect("starts");
+        let service = service::start(&reading(&settings_in(&data, set).await), &data, script.build())
+            .await
+            .expect("starts");
         Self { directory, service, client: Client::builder(TokioExecutor::new()).build_http() }
     }
 
     /// Without a worker: a test takes its place.
     pub async fn without_worker(directory: Arc<TempDir>, set: &[(&str, &str)]) -> Self {
         let data = directory.path().to_owned();
-        let service = service::start_api(&settings_in(&data, set).await, &data).await.expect("starts");
+        let service =
+            service::start_api(&reading(&settings_in(&data, set).await), &data).await.expect("starts");
         Self::serving(directory, service)
     }
 

@@ -236,7 +236,7 @@ async fn servers_without_schemas_get_the_format_in_words() {
     let bench = Bench::with(plain, OnUnknown::Resend).await;
     // The server knows no schema's name then, so its answer is of no use; what is asked is what counts.
     let answers: crate::remote::chat_server::Answers =
-        Arc::new(|_| Box::pin(async { crate::remote::chat_answers::answer("describe") }));
+        Arc::new(|_, _| Box::pin(async { crate::remote::chat_answers::answer("describe") }));
     let server = ChatServer::start(answers).await;
     let mut chat = bench.analyst.settings.clone();
     chat.endpoint.base_url = server.base_url.clone();

@@ -134,7 +134,7 @@ impl Bench {
     /// last one again.
     async fn saying(answers: Vec<Value>) -> Self {
         let asked = Arc::new(AtomicUsize::new(0));
-        let answers: Answers = Arc::new(move |_| {
+        let answers: Answers = Arc::new(move |_, _| {
             let at = asked.fetch_add(1, Ordering::Relaxed).min(answers.len() - 1);
             let answer = answers[at].clone();
             Box::pin(async move { answer })

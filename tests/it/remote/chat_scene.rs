@@ -15,6 +15,7 @@ use tabletopgen::app::pipeline;
 use crate::harness::server::{Server, settings};
 use crate::remote::chat_answers;
 use crate::remote::chat_server::{Answers, ChatServer, Fault};
+use crate::remote::instructions::instruction_of;
 
 /// The store and the scene that is being made.
 type Made = Arc<OnceLock<(Store, SceneId)>>;
@@ -33,11 +34,13 @@ async fn artifact(made: &Made, name: &str) -> Vec<u8> {
 /// A good model: it reads the image off what its image generator knows, with angles to half a degree, boxes to a
 /// thousandth and sizes to a millimeter.
 fn good_model(made: Made) -> Answers {
-    Arc::new(move |schema| {
+    Arc::new(move |schema, asked| {
         let made = made.clone();
         Box::pin(async move {
-            if schema == "describe" {
-                return chat_answers::answer("describe");
+            match schema.as_str() {
+                "describe" => return chat_answers::answer("describe"),
+                "read_edit" | "read_task" => return read(&instruction_of(&asked)),
+                _ => {}
             }
             let known: ImageAnnotations =
                 serde_json::from_slice(&artifact(&made, "reference/known.json").await).unwrap();
@@ -50,6 +53,22 @@ fn good_model(made: Made) -> Answers {
             }
         })
     })
+}
+
+/// The program of an instruction.
+fn read(instruction: &str) -> Value {
+    let program = |fields: Value| {
+        let mut statement = json!({ "words": instruction });
+        statement.as_object_mut().expect("an object").extend(fields.as_object().expect("an object").clone());
+        json!({ "statements": [statement], "not_understood": [], "asides": [] })
+    };
+    match instruction {
+        "the cutlery has to go" => program(json!({ "op": "remove", "target": "fork_1" })),
+        "fruit off the dish, onto the wood" => program(json!({
+            "predicate": "off", "object": "apple_1", "target": "plate_1", "second_target": null,
+        })),
+        _ => json!({ "statements": [], "not_understood": [instruction], "asides": [] }),
+    }
 }
 
 fn recognized(known: &ImageAnnotations) -> Value {
@@ -129,6 +148,51 @@ fn stacked(known: &ImageAnnotations) -> Value {
     json!({ "objects": objects })
 }
 
+async fn instructions_are_read_by_the_model_and_paid_once(
+    server: &Server,
+    chat: &ChatServer,
+    scene_id: &str,
+) {
+    let paid = chat.bill().len();
+    let edits = format!("/scenes/{scene_id}/edits");
+    let words = json!({ "text": "the cutlery has to go", "seed": 1 });
+    let edit = server.post(&edits, words.clone()).await;
+    assert_eq!(edit.status, 202, "{edit:?}");
+    assert_eq!(
+        edit.json()["request"]["input"]["operations"],
+        json!([{ "op": "remove", "target": "fork_1" }])
+    );
+    // The same instruction about the same scene is the same question.
+    let validated =
+        server.post(&format!("{edits}/validate"), json!({ "text": "the cutlery has to go" })).await;
+    assert_eq!(
+        validated.json()["prediction"]["operations"][0]["objects"],
+        json!(["fork_1"]),
+        "{validated:?}"
+    );
+    assert_eq!(chat.bill().len(), paid + 1);
+    let tasks = format!("/scenes/{scene_id}/tasks?text=fruit%20off%20the%20dish,%20onto%20the%20wood");
+    let task = server.get(&tasks).await;
+    let goal = json!([{ "predicate": "off", "object": "apple_1", "target": "plate_1" }]);
+    assert_eq!(task.json()["instructed"]["goal"], goal, "{task:?}");
+    let order = json!({ "text": "fruit off the dish, onto the wood" });
+    let execution = server.post(&format!("/scenes/{scene_id}/executions"), order).await;
+    assert_eq!(execution.status, 202, "{execution:?}");
+    assert_eq!(chat.bill().len(), paid + 2, "a task is read once, whoever asks");
+    let refused = server.post(&edits, json!({ "text": "fry the apple" })).await;
+    assert_eq!(refused.problem(), (422, "invalid_request".into()));
+    assert!(refused.json()["errors"][0]["detail"].as_str().unwrap().contains("fry the apple"), "{refused:?}");
+    let scene = server.get(&format!("/scenes/{scene_id}")).await.json();
+    let calls = scene["spending"]["calls"].as_array().unwrap();
+    let read: Vec<&Value> = calls.iter().filter(|call| call["stage"] == "instruction").collect();
+    let operations: Vec<&Value> = read.iter().map(|call| &call["operation"]).collect();
+    assert_eq!(operations, ["read_edit", "read_task", "read_edit"]);
+    assert!(
+        read.iter().all(|call| call["outcome"] == "answered" && call["settled_usd"] == 0.006),
+        "{read:?}"
+    );
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_scene_is_made_with_an_analyst_behind_a_chat_endpoint() {
     let made = Made::default();
@@ -199,6 +263,7 @@ async fn a_scene_is_made_with_an_analyst_behind_a_chat_endpoint() {
         let off_m = (rendered.translation_m - instance.world_from_object.translation_m).length();
         assert!(off_m < 0.02, "{} is {off_m} m from where it was painted", instance.name);
     }
+    instructions_are_read_by_the_model_and_paid_once(&server, &chat, &scene_id).await;
     // The model still holds the store, so its lock stays for as long as that.
     server.service.stop().await.unwrap();
 }

@@ -64,8 +64,8 @@ pub struct Billed {
     pub body: Bytes,
 }
 
-/// Source of answers: the schema's name in, the answer out.
-pub type Answers = Arc<dyn Fn(String) -> BoxFuture<'static, Value> + Send + Sync>;
+/// Source of answers: the schema's name and the request in, the answer out.
+pub type Answers = Arc<dyn Fn(String, Value) -> BoxFuture<'static, Value> + Send + Sync>;
 
 /// A running server.
 pub struct ChatServer {
@@ -140,7 +140,7 @@ async fn complete(State(state): State<Arc<Shared>>, request: Request) -> Respons
     }
     state.requests.lock().unwrap().push(asked.clone());
     let schema = asked["response_format"]["json_schema"]["name"].as_str().unwrap_or("json_object").to_owned();
-    let answer = (state.answers)(schema.clone()).await;
+    let answer = (state.answers)(schema.clone(), asked).await;
     let fault = state.faults.lock().unwrap().pop_front();
     let answered = || {
         let billed =

@@ -8,6 +8,7 @@ use hyper::Method;
 use scene::JobId;
 use store::DEFAULT_TENANT;
 use store::lifecycle::JobState;
+use tabletopgen::app::App;
 use tabletopgen::service;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
@@ -89,7 +90,7 @@ async fn a_stage_ends_at_its_timeout_whatever_it_does() {
 async fn an_interface_without_a_worker_accepts_and_builds_nothing() {
     let directory = tempfile::tempdir().unwrap();
     // The command line refuses this on a SQLite file; the parts work all the same.
-    let service = service::start_api(&settings(&[]), directory.path()).await.unwrap();
+    let service = service::start_api(&App::new(&settings(&[])), directory.path()).await.unwrap();
     let server = Server::serving(Arc::new(directory), service);
     let (_, job) = server.submit("a mug").await;
     tokio::time::sleep(Duration::from_millis(200)).await;
@@ -102,7 +103,8 @@ async fn a_worker_without_the_interface_answers_probes_and_nothing_else() {
     let directory = tempfile::tempdir().unwrap();
     let listen = Some("127.0.0.1:0");
     let build = Script::new(&[]).build();
-    let worker = service::start_worker(&settings(&[]), directory.path(), listen, build).await.unwrap();
+    let worker =
+        service::start_worker(&App::new(&settings(&[])), directory.path(), listen, build).await.unwrap();
     let address = worker.address.expect("it listens");
     for (path, status) in [("/healthz", 200), ("/readyz", 200), ("/metrics", 200), ("/scenes", 404)] {
         assert_eq!(status_of(address, path).await, status, "{path}");
@@ -110,7 +112,8 @@ async fn a_worker_without_the_interface_answers_probes_and_nothing_else() {
     worker.stop().await.unwrap();
     let directory = tempfile::tempdir().unwrap();
     let build = Script::new(&[]).build();
-    let worker = service::start_worker(&settings(&[]), directory.path(), None, build).await.unwrap();
+    let worker =
+        service::start_worker(&App::new(&settings(&[])), directory.path(), None, build).await.unwrap();
     assert_eq!(worker.address, None);
     worker.stop().await.unwrap();
 }

@@ -11,7 +11,7 @@ use store::{DEFAULT_TENANT, Digest, Store};
 use tabletopgen::service;
 
 use crate::harness::script::{Act, Script};
-use crate::harness::server::{Server, opened, settings_in, wait_until_unlocked};
+use crate::harness::server::{Server, opened, reading, settings_in, wait_until_unlocked};
 
 #[tokio::test]
 async fn a_drain_finishes_the_stage_releases_the_job_uncharged_and_a_restart_goes_on() {
@@ -90,7 +90,7 @@ async fn a_job_whose_worker_dies_every_time_is_failed_in_the_end() {
 async fn a_data_directory_has_one_user() {
     let server = Server::start(&Script::new(&[])).await;
     let refused = service::start(
-        &settings_in(server.directory.path(), &[]).await,
+        &reading(&settings_in(server.directory.path(), &[]).await),
         server.directory.path(),
         Script::new(&[]).build(),
     )

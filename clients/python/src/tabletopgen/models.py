@@ -679,6 +679,10 @@ class OperationResult(Model):
     """
     Change made by the operation, in one sentence.
     """
+    words: str | None = None
+    """
+    The words of the instruction that ask for it, where the edit was given in words.
+    """
 
 
 class Pose(Model):
@@ -1996,6 +2000,10 @@ class EditAccount(Model):
     operations: list[OperationResult]
     """
     One entry per operation, in order.
+    """
+    asides: list[str] | None = None
+    """
+    Words of the instruction that ask for nothing, where the edit was given in words.
     """
     moved: list[MovedObject]
     """

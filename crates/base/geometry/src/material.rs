@@ -43,6 +43,12 @@ impl Rgb {
         let [r, g, b] = self.0.map(|c| nearest_byte(c.clamp(0.0, 1.0) * 255.0));
         [r, g, b, 255]
     }
+
+    /// `#rrggbb`.
+    pub fn to_hex(self) -> String {
+        let [r, g, b, _] = self.to_rgba8();
+        format!("#{r:02x}{g:02x}{b:02x}")
+    }
 }
 
 /// Rounds a number in 0..=255, halves up. Without SSE 4.1, `f32::round` is a function call.

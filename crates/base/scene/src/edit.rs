@@ -301,6 +301,9 @@ pub struct EditAccount {
     pub parent: String,
     /// One entry per operation, in order.
     pub operations: Vec<OperationResult>,
+    /// Words of the instruction that ask for nothing, where the edit was given in words.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub asides: Vec<String>,
     /// Objects that no operation names and that moved nevertheless. All others have exactly the parent's poses.
     pub moved: Vec<MovedObject>,
 }
@@ -315,6 +318,9 @@ pub struct OperationResult {
     pub objects: Vec<InstanceId>,
     /// Change made by the operation, in one sentence.
     pub sentence: String,
+    /// The words of the instruction that ask for it, where the edit was given in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub words: Option<String>,
 }
 
 /// A movement that no operation asked for.

@@ -25,6 +25,7 @@ pub mod labels;
 pub mod request;
 pub mod description;
 pub mod edit;
+pub mod program;
 pub mod light;
 pub mod variant;
 pub mod text_account;
@@ -51,6 +52,7 @@ pub use instance::{Instance, Provenance, ReconstructionMethod, Support, SupportR
 pub use light::Light;
 pub use money::MicroUsd;
 pub use name::InstanceId;
+pub use program::{EditProgram, StatedGoal, TaskProgram};
 pub use recognition::{
     CameraKnowledge, CategoryStance, DepthAccount, InstanceMask, MaskEdges, Recognition, RecognizedObject,
     RecognizedTable, StandsOn, TippedPose, TopBox, UNNAMED_CATEGORY,

@@ -40,7 +40,7 @@ validated!(SceneRequest);
 
 impl SceneRequest {
     /// The newest version that this program reads. Raised when a stored request has something new.
-    pub const VERSION: u32 = 5;
+    pub const VERSION: u32 = 6;
 
     /// A request in the oldest version that has its input and its options.
     pub fn new(input: Input, seed: u64, options: RequestOptions) -> Self {
@@ -54,8 +54,10 @@ impl SceneRequest {
         violations.require(version, "/version", format!("must be from 1 to {}", Self::VERSION));
         violations.require(self.seed <= MAX_SEED, "/seed", format!("must be at most {MAX_SEED}"));
         violations.extend("/options", self.options.violations());
-        if let Input::Edit { operations, .. } = &self.input {
+        if let Input::Edit { operations, words, .. } = &self.input {
             violations.extend("/input/operations", edit::violations(operations));
+            let is_complete = words.is_empty() || words.len() == operations.len();
+            violations.require(is_complete, "/input/words", "must have one entry for each operation");
         }
         if let Input::Variant { randomize, .. } = &self.input {
             violations.extend("/input/randomize", randomize.violations());
@@ -161,6 +163,14 @@ pub enum Input {
         /// The instruction that the operations were read from.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         text: Option<String>,
+        /// The words of the instruction that each operation comes from, in order.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[schemars(length(max = 64))]
+        words: Vec<String>,
+        /// Words of the instruction that ask for nothing.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[schemars(length(max = 4000))]
+        asides: Vec<String>,
     },
     /// A finished scene with operations on it that the seed draws.
     Variant {
@@ -180,6 +190,7 @@ impl Input {
         match self {
             Self::Image { depth_sha256: Some(_), .. } => 5,
             Self::Text { .. } | Self::Image { .. } => 1,
+            Self::Edit { words, .. } if !words.is_empty() => 6,
             Self::Edit { .. } | Self::Variant { .. } => 2,
         }
     }

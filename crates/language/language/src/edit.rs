@@ -26,18 +26,19 @@ mod targets;
 
 pub use error::{InstructionError, MAX_CHARACTERS, Reason};
 
-use scene::EditOperation;
+use scene::EditProgram;
 use scene::edit::violations;
 
 use crate::chart::Referents;
 use crate::reading::edits_of;
 
-/// The operations that an instruction asks for, in the order in which they are carried out; at least one.
+/// The operations that an instruction asks for, in the order in which they are carried out; at least one, each with the
+/// words of its clause.
 ///
 /// # Errors
 ///
 /// [`InstructionError`] with the words that cannot be carried out, as described above.
-pub fn read(text: &str, referents: &dyn Referents) -> Result<Vec<EditOperation>, InstructionError> {
+pub fn read(text: &str, referents: &dyn Referents) -> Result<EditProgram, InstructionError> {
     if text.chars().count() > MAX_CHARACTERS {
         return Err(InstructionError { words: String::new(), span: 0..text.len(), reason: Reason::TooLong });
     }
@@ -46,11 +47,12 @@ pub fn read(text: &str, referents: &dyn Referents) -> Result<Vec<EditOperation>,
     if chart.tokens.iter().all(|token| token.word == "." || token.word == ",") {
         return Err(whole(Reason::Empty));
     }
-    let operations = fold::operations(&chart, &reading)?;
+    let program = fold::program(&chart, &reading)?;
+    let operations: Vec<_> = program.meanings().cloned().collect();
     match violations(&operations).into_iter().next() {
         Some(violation) => {
             Err(whole(Reason::OutOfRange(format!("{}: {}", violation.pointer, violation.detail))))
         }
-        None => Ok(operations),
+        None => Ok(program),
     }
 }

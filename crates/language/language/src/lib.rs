@@ -10,13 +10,16 @@ mod lexicon;
 mod measures;
 pub mod vocabulary;
 pub mod nouns;
+pub mod words;
 mod chart;
+pub mod outermost;
 mod nominal;
 mod place;
 mod appearance;
 mod construction;
 mod clause;
 mod reading;
+pub mod performed;
 pub mod edit;
 pub mod task;
 

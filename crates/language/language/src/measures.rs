@@ -154,7 +154,12 @@ pub(crate) fn factors_at(tokens: &[Token], at: usize) -> Vec<Span<f64>> {
         if let Some(length) = longest(tokens, at + to, &[multiple])
             && let Some(size) = size_of(at + to + length)
         {
-            add(value, at + to + length + size);
+            let end = at + to + length + size;
+            // "half as big again" is one and a half.
+            match word(tokens, end) == "again" && multiple.starts_with("half") {
+                true => add(1.5, end + 1),
+                false => add(value, end),
+            }
         }
     }
     if let Some((value, length)) = fraction_at(tokens, at + to) {

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use crate::chart::{Chart, Span, cheapest};
 use crate::measures::{fraction_at, number_at, vague_count_at};
+use crate::outermost::outermost;
 use crate::vocabulary::vocabulary;
 
 /// Cost of a noun that is not known.
@@ -350,7 +351,12 @@ impl Chart<'_> {
             let ends_as_can = words.ends_with(" can") && self.referents.is_noun(&words);
             let described = self.word(end - 1) == "can" && length == 1 && self.is_described(at);
             let closed = |token: &crate::tokens::Token| token.is_quoted || self.is_function_word(&token.word);
-            if !ends_as_can && !described && self.tokens[at..end].iter().any(closed) {
+            // "something to drink"
+            let is_open_noun = self.word(at) == "something" && self.referents.is_noun(&words);
+            if self.word(at) == "something" && !is_open_noun {
+                continue;
+            }
+            if !ends_as_can && !is_open_noun && !described && self.tokens[at..end].iter().any(closed) {
                 break;
             }
             let is_one = length == 1 && matches!(words.as_str(), "one" | "ones");
@@ -470,6 +476,13 @@ impl Chart<'_> {
         let sides = ["left", "right", "front", "back", "top", "bottom"];
         if self.word(at) == "from" && self.word(at + 1) == "the" && sides.contains(&self.word(at + 2)) {
             found.push((at + 3, if ranked { -0.5 } else { 1.5 }));
+        }
+        let after_relative = self.lengths("relative", at).into_iter().chain([0]);
+        for start in after_relative.map(|length| at + length) {
+            let words: Vec<&str> = (start..start + 7).map(|at| self.word(at)).collect();
+            if let Some((_, length)) = outermost(&words) {
+                found.push((start + length, -0.2));
+            }
         }
         if self.word(at) == "of" && self.longest("definite", at + 1).is_some() {
             found.extend(self.phrases_at(at + 1).iter().map(|span| (span.end, span.cost + 0.2)));

@@ -420,6 +420,7 @@ impl Chart<'_> {
             "from",
             "along",
             "away from",
+            "in from",
             "against",
             "over to",
             "up to",
@@ -454,7 +455,7 @@ impl Chart<'_> {
                 && matches!(*preposition, "to" | "toward" | "towards")
                 && !is_edge
                 && !is_part;
-            if distance_m.is_some() && !is_edge && !matches!(*preposition, "from" | "away from") {
+            if distance_m.is_some() && !is_edge && !matches!(*preposition, "from" | "away from" | "in from") {
                 continue;
             }
             let is_side = self.word(at - 1) == "table" || self.word(at - 1) == "desk";

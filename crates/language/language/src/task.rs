@@ -5,28 +5,20 @@
 
 use std::ops::Range;
 
+use scene::program::{Program, Statement};
 use scene::text_account::PredicateKind;
-use scene::{EditOperation, EditPlace, RelationKind};
+use scene::{EditOperation, EditPlace, RelationKind, StatedGoal, TaskProgram};
 
 use crate::chart::{Chart, Referents};
 use crate::clause::Clause;
 use crate::construction::Act;
 use crate::edit::InstructionError;
-use crate::edit::fold::{Fold, Step};
+use crate::edit::fold::{Fold, Step, asides};
 use crate::lexicon::lexicon;
 use crate::nominal::{NounPhrase, Reference};
+use crate::performed::is_performed;
 use crate::reading::{Reading, tasks_of};
 use crate::vocabulary::vocabulary;
-
-/// One statement of a goal, about all objects that its phrases mean.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct GoalStatement {
-    pub predicate: PredicateKind,
-    pub object: String,
-    /// The other object of a relation. Without one, a swap or a stack is one of the objects among themselves.
-    pub target: Option<String>,
-    pub second_target: Option<String>,
-}
 
 /// Reason why an instruction states no goal.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,19 +30,14 @@ pub enum TaskError {
     NoGoal,
 }
 
-/// The goal of an instruction, in its order; at least one statement. `is_performed` says which verbs the robot
-/// performs, in any form.
+/// The goal of an instruction, in its order; at least one statement, each with the words of its clause.
 ///
 /// # Errors
 ///
 /// [`TaskError`] for a verb that is not performed, for parts that no goal states, and without a goal.
-pub fn read(
-    text: &str,
-    referents: &dyn Referents,
-    is_performed: &dyn Fn(&str) -> bool,
-) -> Result<Vec<GoalStatement>, TaskError> {
+pub fn read(text: &str, referents: &dyn Referents) -> Result<TaskProgram, TaskError> {
     let (chart, reading) = tasks_of(text, referents);
-    require_verbs(&chart, &reading, is_performed)?;
+    require_verbs(&chart, &reading)?;
     let part = |range: &Range<usize>| TaskError::Parts(vec![chart.written(range.clone())]);
     let mut fold = Fold::new(&chart, true);
     for clause in &reading.clauses {
@@ -63,10 +50,16 @@ pub fn read(
     let mut goal = Vec::new();
     for (index, (step, clause)) in fold.steps.iter().zip(&fold.clauses).enumerate() {
         if !is_superseded(step, &fold.steps[index + 1..]) {
-            goal.extend(statements(step).ok_or_else(|| part(clause))?);
+            let stated = statements(step).ok_or_else(|| part(clause))?;
+            let words = || chart.written(clause.clone());
+            goal.extend(stated.into_iter().map(|meaning| Statement { words: words(), meaning }));
         }
     }
-    if goal.is_empty() { Err(TaskError::NoGoal) } else { Ok(goal) }
+    if goal.is_empty() {
+        Err(TaskError::NoGoal)
+    } else {
+        Ok(Program { statements: goal, asides: asides(&chart, &reading) })
+    }
 }
 
 /// Whether a later step says where the object goes.
@@ -83,8 +76,8 @@ fn is_superseded(step: &Step, later: &[Step]) -> bool {
 }
 
 /// The statements of a step; `None` where no goal states it.
-fn statements(step: &Step) -> Option<Vec<GoalStatement>> {
-    let of = |predicate, object: &str, target: Option<&str>| GoalStatement {
+fn statements(step: &Step) -> Option<Vec<StatedGoal>> {
+    let of = |predicate, object: &str, target: Option<&str>| StatedGoal {
         predicate,
         object: object.to_owned(),
         target: target.map(str::to_owned),
@@ -131,7 +124,7 @@ fn statements(step: &Step) -> Option<Vec<GoalStatement>> {
 }
 
 /// A place as a predicate; `None` for distances, displacements and yaws.
-fn placed(object: &str, place: &EditPlace) -> Option<GoalStatement> {
+fn placed(object: &str, place: &EditPlace) -> Option<StatedGoal> {
     use {PredicateKind as P, RelationKind as R};
     if place.distance_m.is_some() || place.yaw_rad.is_some() {
         return None;
@@ -157,7 +150,7 @@ fn placed(object: &str, place: &EditPlace) -> Option<GoalStatement> {
         _ => return None,
     };
     let (target, second_target) = (place.target.clone(), place.second_target.clone());
-    Some(GoalStatement { predicate, object: object.to_owned(), target, second_target })
+    Some(StatedGoal { predicate, object: object.to_owned(), target, second_target })
 }
 
 /// Persons, and arms of the robot: nothing is handed to them.
@@ -197,11 +190,7 @@ const RECIPIENTS: &[&str] = &[
 ];
 
 /// Checks that every verb is performed, and that nothing is left unread.
-fn require_verbs(
-    chart: &Chart,
-    reading: &Reading,
-    is_performed: &dyn Fn(&str) -> bool,
-) -> Result<(), TaskError> {
+fn require_verbs(chart: &Chart, reading: &Reading) -> Result<(), TaskError> {
     for clause in &reading.clauses {
         // "without touching the vase" asks for no motion.
         let verbs = if clause.act == Act::Keep { &[][..] } else { clause.verbs.as_slice() };
@@ -234,7 +223,7 @@ fn require_verbs(
     }
     let Some(first) = reading.unread.first() else { return Ok(()) };
     for range in &reading.unread {
-        if let Some(verb) = verb_of(chart, range, is_performed) {
+        if let Some(verb) = verb_of(chart, range) {
             return Err(TaskError::Verb(verb));
         }
     }
@@ -276,7 +265,7 @@ fn recipient(chart: &Chart, range: Range<usize>) -> Option<String> {
 }
 
 /// A verb among words that are part of nothing: the first word of a clause, a form in -ing, what is done to an object.
-fn verb_of(chart: &Chart, range: &Range<usize>, is_performed: &dyn Fn(&str) -> bool) -> Option<String> {
+fn verb_of(chart: &Chart, range: &Range<usize>) -> Option<String> {
     let starts_clause = range.start == 0 || {
         let before = chart.word(range.start - 1);
         matches!(

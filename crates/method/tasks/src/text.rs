@@ -7,15 +7,15 @@
 //! Cost: that of the references, a few passes over the words and objects.
 
 mod function_words;
-mod performed;
 mod statements;
 mod unstated;
 mod verb_check;
 mod words;
 
+use scene::TaskProgram;
 use scene::request::Input;
 
-pub use performed::PERFORMED;
+pub use language::performed::PERFORMED;
 
 use crate::goal::Goal;
 use crate::refusal::Refusal;
@@ -31,7 +31,21 @@ use verb_check::require_performed;
 /// [`Refusal`] for a verb that is not performed, without a goal, for parts that are not understood, and for phrases
 /// that do not say which objects of the scene they mean.
 pub fn goal(instruction: &str, scene: &TaskScene) -> Result<Goal, Refusal> {
-    statements::goal(instruction, scene)
+    statements::goal(&statements::program(instruction, scene)?, scene)
+}
+
+/// The task of a program that a language model read from an instruction.
+///
+/// # Errors
+///
+/// [`Refusal`] for phrases that do not say which objects of the scene they mean.
+pub fn task_of_program(
+    instruction: &str,
+    program: &TaskProgram,
+    scene: &TaskScene,
+    robot: &str,
+) -> Result<Task, Refusal> {
+    Ok(Task::new(instruction.trim(), statements::goal(program, scene)?, robot))
 }
 
 /// As [`goal`], as a task with the usual limits.

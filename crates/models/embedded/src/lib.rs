@@ -1,7 +1,8 @@
 //! Embedded adapters of the ports: classical algorithms and bundled networks that run without API keys, network access
 //! or a GPU.
 //!
-//! [`text_parser`] converts texts to scene descriptions, [`layout`] arranges objects on a table, [`image_generator`]
+//! [`text_parser`] converts texts to scene descriptions, [`instruction_reader`] instructions to programs, [`layout`]
+//! arranges objects on a table, [`image_generator`]
 //! renders reference images, and [`single_view_reconstruction`] handles images from other sources. [`ports()`]
 //! assembles them. Every adapter is always available except [`dinov2`], which needs external weights.
 //!
@@ -32,6 +33,7 @@ pub mod orientation;
 pub mod requested_pose;
 mod recognized_table;
 pub mod text_parser;
+pub mod instruction_reader;
 pub mod segmenter;
 pub mod mesh_generator;
 pub mod descriptor;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use runtime::{CancelFlag, ComputationFailed, CpuPool};
 
-use super::ledger::{Ledger, NoBudget};
+use super::ledger::{Ledger, MicroUsd, Purse};
 use super::{Port, ProviderError};
 
 /// The context of one call: CPU pool, cancellation and ledger. It must not affect the answer.
@@ -20,7 +20,7 @@ pub struct Call {
 impl Call {
     /// A call outside any job, without a budget.
     pub fn without_budget(cpu: CpuPool, cancel: CancelFlag) -> Self {
-        Self { cpu, cancel, ledger: Arc::new(NoBudget) }
+        Self { cpu, cancel, ledger: Arc::new(Purse::new(MicroUsd::ZERO)) }
     }
 
     /// Runs a computation on the pool.

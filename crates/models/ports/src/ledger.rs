@@ -1,6 +1,8 @@
 //! The cost ledger of calls: costs are reserved before a call is sent and settled after it. Ports do not know the
 //! storage; they receive a [`Ledger`].
 
+use std::sync::{Mutex, PoisonError};
+
 use bytes::Bytes;
 use futures::future::BoxFuture;
 use serde::{Deserialize, Serialize};
@@ -135,17 +137,31 @@ pub trait Ledger: Send + Sync {
     fn is_cancelled(&self) -> BoxFuture<'_, bool>;
 }
 
-/// The ledger of calls outside any job, such as benchmarks: it grants free calls and refuses all others.
-#[derive(Clone, Copy, Debug)]
-pub struct NoBudget;
+/// The ledger of calls outside any job, such as those of a command: it grants them up to a budget, and forgets them
+/// with the process.
+#[derive(Debug)]
+pub struct Purse {
+    budget: MicroUsd,
+    committed: Mutex<MicroUsd>,
+}
 
-impl Ledger for NoBudget {
+impl Purse {
+    pub fn new(budget: MicroUsd) -> Self {
+        Self { budget, committed: Mutex::new(MicroUsd::ZERO) }
+    }
+}
+
+impl Ledger for Purse {
     fn reserve(&self, intent: Intent) -> BoxFuture<'_, Result<Entry, LedgerError>> {
         Box::pin(async move {
-            if intent.reserved > MicroUsd::ZERO {
-                let (committed, budget) = (MicroUsd::ZERO, MicroUsd::ZERO);
-                return Err(LedgerError::OverBudget { asked: intent.reserved, committed, budget });
+            let mut committed = self.committed.lock().unwrap_or_else(PoisonError::into_inner);
+            let (asked, budget) = (intent.reserved, self.budget);
+            let after = MicroUsd(committed.0.saturating_add(asked.0));
+            // Free calls are always granted.
+            if asked > MicroUsd::ZERO && after > budget {
+                return Err(LedgerError::OverBudget { asked, committed: *committed, budget });
             }
+            *committed = after;
             let request_digest = intent.request_digest;
             Ok(Entry { id: 0, idempotency_key: request_digest.clone(), request_digest })
         })

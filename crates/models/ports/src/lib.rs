@@ -20,6 +20,7 @@ pub mod call;
 pub mod error;
 pub mod ledger;
 pub mod analyst;
+pub mod instruction_reader;
 pub mod recognition_hints;
 pub mod upright;
 pub mod image_generator;
@@ -44,6 +45,7 @@ pub use image_generator::{
     ImageGenerator, IsolatedRender, ReferenceImage, SyntheticGroundTruth, TopViewAnnotations, TopViewImage,
     TopViewRequest, Truth, TruthInstance,
 };
+pub use instruction_reader::{Instruction, InstructionReader};
 pub use mesh_generator::{
     MeshGenerator, RawMesh, RawTable, ReconstructionRequest, TablePhotograph, TableRequest,
 };

@@ -13,6 +13,7 @@
 //! | [`upright`] | the top and the front of a mesh, one kind of evidence beside size and image |
 //! | [`judge`] | ratings of a finished scene |
 //! | [`propose_tasks`] | robot tasks in a finished scene |
+//! | [`read_edit`], [`read_task`] | the program of an instruction about a finished scene ([`instructions`]) |
 
 pub mod wire;
 pub mod prompts;
@@ -29,6 +30,9 @@ pub mod check_top;
 pub mod upright;
 pub mod judge;
 pub mod propose_tasks;
+mod instructions;
+pub mod read_edit;
+pub mod read_task;
 pub mod camera_estimate;
 
 use std::sync::Arc;
@@ -38,12 +42,12 @@ use serde_json::{Value, json};
 use super::prompt::Prompt;
 use super::{ChatSettings, Endpoint};
 use ports::{
-    Adapter, Answer, Call, Judgement, Port, ProviderError, RecognitionHints, ReferenceImage, SceneAnalyst,
-    TaskQuestion, TopCheck, TopVerdict, Upright, UprightQuestion,
+    Adapter, Answer, Call, Instruction, InstructionReader, Judgement, Port, ProviderError, RecognitionHints,
+    ReferenceImage, SceneAnalyst, TaskQuestion, TopCheck, TopVerdict, Upright, UprightQuestion,
 };
 use scene::appraisal::{Criterion, ModelResponse, ProposedTask, Rating};
 use scene::request::RequestOptions;
-use scene::{Recognition, SceneDescription};
+use scene::{EditProgram, Recognition, SceneDescription, TaskProgram};
 
 /// Name of the adapter.
 pub const NAME: &str = "openai/chat";
@@ -113,6 +117,16 @@ impl SceneAnalyst for ChatAnalyst {
     }
 }
 
+impl InstructionReader for ChatAnalyst {
+    fn read_edit<'a>(&'a self, call: &'a Call, instruction: Instruction) -> Answer<'a, EditProgram> {
+        Box::pin(read_edit::read(self, call, instruction))
+    }
+
+    fn read_task<'a>(&'a self, call: &'a Call, instruction: Instruction) -> Answer<'a, TaskProgram> {
+        Box::pin(read_task::read(self, call, instruction))
+    }
+}
+
 impl ChatAnalyst {
     /// The value with the identity of the model and of the prompt.
     fn opinion<T>(&self, prompt: &Prompt, said: T) -> ModelResponse<T> {
@@ -121,7 +135,7 @@ impl ChatAnalyst {
     }
 }
 
-/// The schemas of all questions, which are part of the adapter's identity.
+/// The schemas of all questions about scenes, which are part of the adapter's identity.
 fn schemas() -> Value {
     json!([
         describe::schema(),
@@ -134,6 +148,14 @@ fn schemas() -> Value {
         judge::schema(&Criterion::OF_TEXT),
         propose_tasks::schema(),
     ])
+}
+
+/// The schemas of all questions.
+#[cfg(test)]
+fn all_schemas() -> Vec<Value> {
+    let mut all = schemas().as_array().cloned().unwrap_or_default();
+    all.extend([read_edit::schema(), read_task::schema()]);
+    all
 }
 
 /// A question that no provider can answer.

@@ -6,14 +6,14 @@ use serde_json::json;
 
 use imaging::Mask;
 use ports::{
-    Adapter, Answer, Call, Completion, CompletionRequest, GeneratedReference, ImageGenerator, Judgement,
-    MeshGenerator, ProviderError, RawMesh, RawTable, RecognitionHints, ReconstructionRequest, ReferenceImage,
-    SceneAnalyst, Segmentation, Segmenter, TableRequest, TaskQuestion, TopBoxes, TopCheck, TopVerdict,
-    TopViewImage, TopViewRequest, Upright, UprightQuestion,
+    Adapter, Answer, Call, Completion, CompletionRequest, GeneratedReference, ImageGenerator, Instruction,
+    InstructionReader, Judgement, MeshGenerator, ProviderError, RawMesh, RawTable, RecognitionHints,
+    ReconstructionRequest, ReferenceImage, SceneAnalyst, Segmentation, Segmenter, TableRequest, TaskQuestion,
+    TopBoxes, TopCheck, TopVerdict, TopViewImage, TopViewRequest, Upright, UprightQuestion,
 };
 use scene::appraisal::{ModelResponse, ProposedTask, Rating};
 use scene::request::RequestOptions;
-use scene::{Recognition, SceneDescription};
+use scene::{EditProgram, Recognition, SceneDescription, TaskProgram};
 
 /// Providers of the port `P` (`dyn SceneAnalyst`), the preferred one first.
 pub struct FallbackChain<P: ?Sized> {
@@ -118,6 +118,16 @@ impl SceneAnalyst for FallbackChain<dyn SceneAnalyst> {
         question: TaskQuestion,
     ) -> Answer<'a, ModelResponse<Vec<ProposedTask>>> {
         Box::pin(self.ask(move |analyst| analyst.propose_tasks(call, question.clone())))
+    }
+}
+
+impl InstructionReader for FallbackChain<dyn InstructionReader> {
+    fn read_edit<'a>(&'a self, call: &'a Call, instruction: Instruction) -> Answer<'a, EditProgram> {
+        Box::pin(self.ask(move |reader| reader.read_edit(call, instruction.clone())))
+    }
+
+    fn read_task<'a>(&'a self, call: &'a Call, instruction: Instruction) -> Answer<'a, TaskProgram> {
+        Box::pin(self.ask(move |reader| reader.read_task(call, instruction.clone())))
     }
 }
 

@@ -1,6 +1,8 @@
 //! Recorded answers of remote models. They are kept with their calls until the stage is done, so that the next worker
 //! after a crash reads them instead of paying again.
 
+use sqlx::AnyConnection;
+
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError};
 use crate::boxed;
@@ -41,17 +43,35 @@ impl Store {
             .write("forget answers", move |connection| {
                 Box::pin(async move {
                     guard(connection, &lease).await?;
-                    sqlx::query(
-                        "UPDATE calls SET answer_file = NULL WHERE job_id = $1 AND stage = $2 AND instance = $3",
-                    )
-                    .bind(lease.job_id.as_str())
-                    .bind(stage)
-                    .bind(&instance)
-                    .execute(connection)
-                    .await?;
-                    Ok(())
+                    forget(connection, &lease.job_id, stage, &instance).await
                 })
             })
             .await
     }
+
+    /// The same of calls about a finished scene, which are booked in its last job.
+    #[boxed]
+    pub async fn forget_answers_about(&self, job_id: &JobId, stage: &'static str) -> Result<(), StoreError> {
+        let job_id = job_id.clone();
+        self.writer
+            .write("forget answers about a scene", move |connection| {
+                Box::pin(async move { forget(connection, &job_id, stage, "").await })
+            })
+            .await
+    }
+}
+
+async fn forget(
+    connection: &mut AnyConnection,
+    job_id: &JobId,
+    stage: &str,
+    instance: &str,
+) -> Result<(), StoreError> {
+    sqlx::query("UPDATE calls SET answer_file = NULL WHERE job_id = $1 AND stage = $2 AND instance = $3")
+        .bind(job_id.as_str())
+        .bind(stage)
+        .bind(instance)
+        .execute(connection)
+        .await?;
+    Ok(())
 }

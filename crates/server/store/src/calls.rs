@@ -4,10 +4,15 @@
 //! transaction that locks the job, and a scene has one active job, so concurrent calls cannot exceed the budget. An
 //! unsettled row becomes `outcome_unknown` when its job leaves its worker: the vendor may have answered and billed,
 //! so the reserved cost counts as spent.
+//!
+//! A call about a finished scene outside any job (an instruction that is read when its order comes) is a row of the
+//! scene's last job, under the budget of the scene. Nothing holds a lease then, so such a row that was never settled
+//! becomes `outcome_unknown` by its age.
 
 use sqlx::any::AnyRow;
-use sqlx::{AnyConnection, Row};
+use sqlx::{AnyConnection, AssertSqlSafe, Row};
 
+use super::database::Dialect;
 use super::limits::{LimitSettings, Month};
 use super::queue::guard;
 use super::{Digest, Lease, Store, StoreError, database, limits};
@@ -117,6 +122,31 @@ impl Store {
             .await
     }
 
+    /// The same about a finished scene; `None` where the tenant has no such scene. Calls of it that were never settled
+    /// and are older than `given_up_after_ms` count as of unknown outcome.
+    #[boxed]
+    pub async fn reserve_call_about(
+        &self,
+        tenant_id: &TenantId,
+        scene_id: &SceneId,
+        call: NewCall,
+        given_up_after_ms: i64,
+    ) -> Result<Option<Reservation>, StoreError> {
+        let (tenant_id, scene_id, limits) = (tenant_id.clone(), scene_id.clone(), *self.admission.settings());
+        self.writer
+            .write("reserve a call about a scene", move |connection| {
+                Box::pin(async move {
+                    let Some(booking) = Booking::of_scene(connection, tenant_id, scene_id).await? else {
+                        return Ok(None);
+                    };
+                    let now = database::now_ms(connection).await?;
+                    give_up(connection, &booking, &call.stage, now - given_up_after_ms, now).await?;
+                    insert(connection, &booking, &call, &limits).await.map(Some)
+                })
+            })
+            .await
+    }
+
     /// Records the end of a call. A call that is already `outcome_unknown` does not change.
     #[boxed]
     pub async fn settle_call(&self, lease: &Lease, id: i64, end: CallEnd) -> Result<(), StoreError> {
@@ -125,29 +155,19 @@ impl Store {
             .write("settle a call", move |connection| {
                 Box::pin(async move {
                     guard(connection, &lease).await?;
-                    let now = database::now_ms(connection).await?;
-                    sqlx::query(
-                        "UPDATE calls SET settled_micro_usd = COALESCE($1, reserved_micro_usd), outcome = $2,
-                                          received_bytes = $3, input_tokens = $4, output_tokens = $5, finished_at = $6,
-                                          task = $7, task_state = CASE WHEN $8 THEN 'submitted' END,
-                                          answer_file = $9
-                         WHERE id = $10 AND job_id = $11 AND outcome IS NULL",
-                    )
-                    .bind(end.settled_micro_usd)
-                    .bind(end.outcome)
-                    .bind(end.received_bytes as i64)
-                    .bind(end.input_tokens.map(|tokens| i64::try_from(tokens).unwrap_or(i64::MAX)))
-                    .bind(end.output_tokens.map(|tokens| i64::try_from(tokens).unwrap_or(i64::MAX)))
-                    .bind(now)
-                    .bind(&end.task)
-                    .bind(end.task.is_some())
-                    .bind(end.answer.as_ref().map(Digest::as_str))
-                    .bind(id)
-                    .bind(lease.job_id.as_str())
-                    .execute(connection)
-                    .await?;
-                    Ok(())
+                    settle(connection, &lease.job_id, id, end).await
                 })
+            })
+            .await
+    }
+
+    /// The same of a call about a finished scene, in whose last job it was booked.
+    #[boxed]
+    pub async fn settle_call_about(&self, job_id: &JobId, id: i64, end: CallEnd) -> Result<(), StoreError> {
+        let job_id = job_id.clone();
+        self.writer
+            .write("settle a call about a scene", move |connection| {
+                Box::pin(async move { settle(connection, &job_id, id, end).await })
             })
             .await
     }
@@ -171,24 +191,124 @@ impl Store {
     }
 }
 
+/// The job that a call is booked in.
+struct Booking {
+    tenant_id: TenantId,
+    scene_id: SceneId,
+    job_id: JobId,
+    epoch: i64,
+}
+
+impl Booking {
+    /// In the job of a lease.
+    async fn of_lease(connection: &mut AnyConnection, lease: &Lease) -> Result<Self, StoreError> {
+        guard(connection, lease).await?;
+        let row = sqlx::query("SELECT tenant_id, scene_id FROM jobs WHERE id = $1")
+            .bind(lease.job_id.as_str())
+            .fetch_one(connection)
+            .await?;
+        Ok(Self {
+            tenant_id: database::id(&row, "jobs", "tenant_id")?,
+            scene_id: database::id(&row, "jobs", "scene_id")?,
+            job_id: lease.job_id.clone(),
+            epoch: lease.epoch,
+        })
+    }
+
+    /// In the last job of a scene, whose row is locked: calls at once stay within the budget together.
+    async fn of_scene(
+        connection: &mut AnyConnection,
+        tenant_id: TenantId,
+        scene_id: SceneId,
+    ) -> Result<Option<Self>, StoreError> {
+        let lock = Dialect::of(connection).lock();
+        let row = sqlx::query(AssertSqlSafe(format!(
+            "SELECT id, epoch FROM jobs WHERE scene_id = $1 AND tenant_id = $2 ORDER BY id DESC LIMIT 1 {lock}",
+        )))
+        .bind(scene_id.as_str())
+        .bind(tenant_id.as_str())
+        .fetch_optional(connection)
+        .await?;
+        let Some(row) = row else { return Ok(None) };
+        let (job_id, epoch) = (database::id(&row, "jobs", "id")?, row.try_get("epoch")?);
+        Ok(Some(Self { tenant_id, scene_id, job_id, epoch }))
+    }
+}
+
 async fn reserve(
     connection: &mut AnyConnection,
     lease: &Lease,
     call: &NewCall,
     limits: &LimitSettings,
 ) -> Result<Reservation, StoreError> {
-    guard(connection, lease).await?;
-    let row = sqlx::query("SELECT tenant_id, scene_id FROM jobs WHERE id = $1")
-        .bind(lease.job_id.as_str())
-        .fetch_one(&mut *connection)
-        .await?;
-    let tenant_id: TenantId = database::id(&row, "jobs", "tenant_id")?;
-    let scene_id: SceneId = database::id(&row, "jobs", "scene_id")?;
+    let booking = Booking::of_lease(connection, lease).await?;
+    insert(connection, &booking, call, limits).await
+}
+
+async fn settle(
+    connection: &mut AnyConnection,
+    job_id: &JobId,
+    id: i64,
+    end: CallEnd,
+) -> Result<(), StoreError> {
+    let now = database::now_ms(connection).await?;
+    sqlx::query(
+        "UPDATE calls SET settled_micro_usd = COALESCE($1, reserved_micro_usd), outcome = $2,
+                          received_bytes = $3, input_tokens = $4, output_tokens = $5, finished_at = $6,
+                          task = $7, task_state = CASE WHEN $8 THEN 'submitted' END,
+                          answer_file = $9
+         WHERE id = $10 AND job_id = $11 AND outcome IS NULL",
+    )
+    .bind(end.settled_micro_usd)
+    .bind(end.outcome)
+    .bind(end.received_bytes as i64)
+    .bind(end.input_tokens.map(|tokens| i64::try_from(tokens).unwrap_or(i64::MAX)))
+    .bind(end.output_tokens.map(|tokens| i64::try_from(tokens).unwrap_or(i64::MAX)))
+    .bind(now)
+    .bind(&end.task)
+    .bind(end.task.is_some())
+    .bind(end.answer.as_ref().map(Digest::as_str))
+    .bind(id)
+    .bind(job_id.as_str())
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+/// Marks calls of a stage as of unknown outcome that were started before a time and never settled.
+async fn give_up(
+    connection: &mut AnyConnection,
+    booking: &Booking,
+    stage: &str,
+    started_before_ms: i64,
+    now_ms: i64,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "UPDATE calls SET settled_micro_usd = reserved_micro_usd, outcome = $1, finished_at = $2
+         WHERE job_id = $3 AND stage = $4 AND outcome IS NULL AND started_at < $5",
+    )
+    .bind(OUTCOME_UNKNOWN)
+    .bind(now_ms)
+    .bind(booking.job_id.as_str())
+    .bind(stage)
+    .bind(started_before_ms)
+    .execute(connection)
+    .await?;
+    Ok(())
+}
+
+async fn insert(
+    connection: &mut AnyConnection,
+    booking: &Booking,
+    call: &NewCall,
+    limits: &LimitSettings,
+) -> Result<Reservation, StoreError> {
+    let Booking { tenant_id, scene_id, job_id, epoch } = booking;
     if call.refuse_after_unknown {
         let unknown: Option<i64> = sqlx::query_scalar(
             "SELECT 1 FROM calls WHERE job_id = $1 AND idempotency_key = $2 AND outcome = $3 LIMIT 1",
         )
-        .bind(lease.job_id.as_str())
+        .bind(job_id.as_str())
         .bind(&call.idempotency_key)
         .bind(OUTCOME_UNKNOWN)
         .fetch_optional(&mut *connection)
@@ -197,14 +317,14 @@ async fn reserve(
             return Ok(Reservation::OutcomeUnknown);
         }
     }
-    let Spending { budget, spent, reserved } = spending(connection, &tenant_id, &scene_id).await?;
+    let Spending { budget, spent, reserved } = spending(connection, tenant_id, scene_id).await?;
     let committed = spent.saturating_add(reserved);
     // Free calls are always granted, even if vendors billed more than was reserved.
     if call.reserved_micro_usd > 0 && committed.saturating_add(call.reserved_micro_usd) > budget {
         return Ok(Reservation::OverBudget { committed, budget });
     }
     if call.reserved_micro_usd > 0
-        && let Some(refused) = over_month(connection, &tenant_id, call, limits).await?
+        && let Some(refused) = over_month(connection, tenant_id, call, limits).await?
     {
         return Ok(refused);
     }
@@ -217,8 +337,8 @@ async fn reserve(
     )
     .bind(tenant_id.as_str())
     .bind(scene_id.as_str())
-    .bind(lease.job_id.as_str())
-    .bind(lease.epoch)
+    .bind(job_id.as_str())
+    .bind(*epoch)
     .bind(&call.stage)
     .bind(&call.instance)
     .bind(&call.port)

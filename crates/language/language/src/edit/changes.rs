@@ -153,7 +153,10 @@ impl Fold<'_, '_> {
 
     pub fn recolor(&mut self, clause: &Clause) -> Outcome<()> {
         let Some(appearance) = clause.appearance().cloned() else { return self.refuse(Reason::Empty) };
-        let targets = self.targets(clause.objects(""))?;
+        // "make the vase larger and made of glass"
+        let it = [self.topic_phrase()];
+        let phrases = clause.objects("");
+        let targets = self.targets(if phrases.is_empty() { it.as_slice() } else { phrases })?;
         for target in &targets {
             let (color, material) = (appearance.color.clone(), appearance.material.clone());
             let operation = if self.is_table_phrase(&target.phrase) {

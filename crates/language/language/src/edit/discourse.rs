@@ -28,6 +28,10 @@ pub(crate) struct Discourse {
     pub mentions: Vec<(String, String, bool)>,
     /// Noun of the main objects of the clause, for "the red mug next to the blue one".
     pub clause_noun: Option<String>,
+    /// Noun of the main objects of the last clause that named them.
+    pub main_noun: Option<String>,
+    /// Phrase of the main object of the clause, for "the cup nearest to it".
+    pub clause_phrase: Option<String>,
     /// Objects that stay as they are.
     pub kept: Vec<String>,
     /// The operation that took objects from where they were, until a clause says where they go.

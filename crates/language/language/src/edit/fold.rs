@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use scene::{EditOperation, EditPlace, RelationKind};
+use scene::program::{Program, Statement};
+use scene::{EditOperation, EditPlace, EditProgram, RelationKind};
 
 use super::discourse::{Changes, Discourse, Topic, goes_stale};
 use super::error::{InstructionError, Reason};
@@ -63,8 +64,8 @@ pub(crate) struct Fold<'c, 't> {
     pub clause: Range<usize>,
 }
 
-/// The operations of a reading.
-pub(super) fn operations(chart: &Chart, reading: &Reading) -> Outcome<Vec<EditOperation>> {
+/// The program of a reading.
+pub(super) fn program(chart: &Chart, reading: &Reading) -> Outcome<EditProgram> {
     let mut fold = Fold::new(chart, false);
     for clause in &reading.clauses {
         fold.clause = clause.start..clause.end;
@@ -80,30 +81,39 @@ pub(super) fn operations(chart: &Chart, reading: &Reading) -> Outcome<Vec<EditOp
     for clause in &reading.clauses {
         fold.carry_out(clause)?;
     }
-    let mut operations = Vec::new();
-    for step in std::mem::take(&mut fold.steps) {
-        match step {
-            Step::Operation(operation) => operations.push(operation),
+    let mut statements = Vec::new();
+    let clauses = std::mem::take(&mut fold.clauses);
+    for (step, clause) in std::mem::take(&mut fold.steps).into_iter().zip(clauses) {
+        let meaning = match step {
+            Step::Operation(operation) => operation,
             Step::TakeOut { target, carrier, is_inside } => {
                 let target = located(&target, &carrier, is_inside);
                 let place = EditPlace { relation: Some(RelationKind::On), ..EditPlace::default() };
-                operations.push(EditOperation::Move { target, place });
+                EditOperation::Move { target, place }
             }
             Step::Clear { carrier, is_inside } => {
                 let target = located("everything", &carrier, is_inside);
-                operations.push(EditOperation::Remove { target, with_contents: false });
+                EditOperation::Remove { target, with_contents: false }
             }
             Step::Pose { .. } => return fold.refuse(Reason::Posture),
             Step::Away { .. } => return fold.refuse(Reason::HowFar),
-            Step::Lift { .. } => {}
-        }
+            Step::Lift { .. } => continue,
+        };
+        statements.push(Statement { words: chart.written(clause), meaning });
     }
     let whole = 0..chart.tokens.len();
-    if operations.is_empty() {
+    if statements.is_empty() {
         let kept = !fold.discourse.kept.is_empty();
         return Err(fold.error(&whole, if kept { Reason::Negated } else { Reason::Empty }));
     }
-    Ok(operations)
+    Ok(Program { statements, asides: asides(chart, reading) })
+}
+
+/// The words of clauses that ask for nothing.
+pub(crate) fn asides(chart: &Chart, reading: &Reading) -> Vec<String> {
+    let is_aside = |clause: &&Clause| matches!(clause.act, Act::Aside | Act::Mention | Act::Keep);
+    let clauses = reading.clauses.iter().filter(is_aside);
+    clauses.map(|clause| chart.written(clause.start..clause.end)).collect()
 }
 
 /// The phrase of objects on or in another one.
@@ -144,8 +154,12 @@ impl Fold<'_, '_> {
         let is_named = |phrase: &&NounPhrase| {
             phrase.reference != Reference::Pronoun && !matches!(phrase.noun.as_str(), "one" | "ones")
         };
-        self.discourse.clause_noun =
-            clause.objects("").iter().find(is_named).map(|phrase| plain(&phrase.noun));
+        let named = clause.objects("").iter().find(is_named).map(|phrase| plain(&phrase.noun));
+        // "the left banana goes on the plate and the right one on the board"
+        self.discourse.clause_noun = named.clone().or_else(|| self.discourse.main_noun.clone());
+        self.discourse.main_noun = named.or_else(|| self.discourse.main_noun.take());
+        let main = clause.objects("").first().filter(|phrase| phrase.reference == Reference::Definite);
+        self.discourse.clause_phrase = main.map(|phrase| self.phrase(phrase));
         self.carry(clause)
     }
 

@@ -88,7 +88,10 @@ fn clutter(
     last: &str,
 ) -> Result<NewObjects, Reason> {
     let mut start = body.start;
-    while matches!(chart.word(start), "random" | "different" | "various" | "assorted" | "more") {
+    while matches!(
+        chart.word(start),
+        "random" | "different" | "various" | "assorted" | "more" | "bits" | "pieces" | "of"
+    ) {
         start += 1;
     }
     let theme = if start + 1 < body.end { chart.written(start..body.end - 1) } else { String::new() };
@@ -166,6 +169,10 @@ fn last_noun_of(phrase: &str) -> String {
 }
 
 fn with_article(noun: &str) -> String {
+    // "something sweet"
+    if noun.to_lowercase().starts_with("something ") {
+        return noun.to_owned();
+    }
     let vowel = noun.starts_with(['a', 'e', 'i', 'o', 'u', 'A', 'E', 'I', 'O', 'U']);
     let like_you =
         ["uni", "use", "usb", "eu", "one"].iter().any(|start| noun.to_lowercase().starts_with(start));

@@ -145,6 +145,10 @@ impl Fold<'_, '_> {
                 Some(topic) if topic.phrases.len() == 1 && !topic.is_stale && topic.is_plural => {
                     Ok(topic.phrases[0].clone())
                 }
+                // "a fork to the left of each plate and a knife to the right of each"
+                _ if self.discourse.landmark.as_ref().is_some_and(|(_, phrase)| is_each(phrase)) => {
+                    Ok(self.discourse.landmark.clone().map(|(_, phrase)| phrase).unwrap_or_default())
+                }
                 _ => error(self, Reason::UnclearPronoun),
             };
         }
@@ -197,6 +201,12 @@ impl Fold<'_, '_> {
                 let noun = self.chart.written(both.body.start..both.tokens.end);
                 (format!("the first of the two {noun}"), format!("the second of the two {noun}"))
             }
+            // "between the second and the third plate"
+            [first, second] if first.noun.is_empty() && second.reference == Reference::Definite => {
+                let targets = self.targets(landmarks)?;
+                let [first, second] = targets.as_slice() else { return Err(error(self)) };
+                (first.phrase.clone(), second.phrase.clone())
+            }
             [first, second] => {
                 (self.landmark(Between, first, false)?, self.landmark(Between, second, false)?)
             }
@@ -238,4 +248,9 @@ impl Fold<'_, '_> {
         };
         Ok(EditPlace::at(kind))
     }
+}
+
+/// Whether a phrase means several objects, one at a time.
+fn is_each(phrase: &str) -> bool {
+    phrase.starts_with("each ") || phrase.starts_with("every ")
 }

@@ -39,7 +39,9 @@ impl Fold<'_, '_> {
 
     pub fn target(&mut self, phrase: &NounPhrase) -> Result<Target, InstructionError> {
         let words = self.without_pronouns(phrase)?;
-        let text = if phrase.is_rest {
+        let text = if let Some(others) = self.others(phrase) {
+            others
+        } else if phrase.is_rest {
             self.rest(phrase, &words)
         } else if phrase.noun == "one" || phrase.noun == "ones" {
             self.with_noun(phrase, words)
@@ -62,10 +64,14 @@ impl Fold<'_, '_> {
         let Some(at) = inner.clone().find(is_pronoun) else { return Ok(self.phrase(phrase)) };
         let topic =
             self.discourse.topic.as_ref().filter(|topic| !topic.is_removed && topic.phrases.len() == 1);
-        let Some(topic) = topic else { return Err(self.error(&(at..at + 1), Reason::NoAntecedent)) };
+        // "put the spoon in the cup that is nearest to it"
+        let own = self.discourse.clause_phrase.as_ref().filter(|_| self.clause.start < phrase.tokens.start);
+        let Some(named) = topic.map(|topic| &topic.phrases[0]).or(own) else {
+            return Err(self.error(&(at..at + 1), Reason::NoAntecedent));
+        };
         let start = self.phrase(&NounPhrase { tokens: phrase.tokens.start..at, ..phrase.clone() });
         let rest = self.chart.written(at + 1..phrase.tokens.end);
-        Ok(format!("{start} {}{}{rest}", topic.phrases[0], if rest.is_empty() { "" } else { " " }))
+        Ok(format!("{start} {named}{}{rest}", if rest.is_empty() { "" } else { " " }))
     }
 
     /// "the mug with the spoon in it": the pronoun is the phrase itself.
@@ -130,6 +136,27 @@ impl Fold<'_, '_> {
             return self.discourse.other(&phrase.noun).unwrap_or(words);
         }
         words
+    }
+
+    /// "the other", "the other two", "the other ones" as the objects other than the one that was named.
+    fn others(&self, phrase: &NounPhrase) -> Option<String> {
+        let words: Vec<&str> = phrase.body.clone().map(|at| self.chart.word(at)).collect();
+        let ["other" | "others", rest @ ..] = words.as_slice() else { return None };
+        let is_bare = match rest {
+            [] => true,
+            [count] => matches!(*count, "one" | "ones") || crate::vocabulary::number(count).is_some(),
+            _ => false,
+        };
+        if !is_bare || phrase.tokens.end != phrase.body.end {
+            return None;
+        }
+        let (noun, named, is_removed) = self.discourse.mentions.last()?;
+        let is_many = words != ["other"] && words != ["other", "one"];
+        let noun = match is_many {
+            true => vocabulary().plural_of(noun),
+            false => vocabulary().singular_of(noun).unwrap_or_else(|| noun.clone()),
+        };
+        Some(if *is_removed { format!("the {noun}") } else { format!("the {noun} other than {named}") })
     }
 
     /// The targets that "it" or "them" stands for.

@@ -63,9 +63,12 @@ pub(super) fn words(phrase: &str) -> Vec<String> {
         let is_quote = |c: &char| matches!(c, '"' | '\'' | '’' | '“' | '”');
         let word: String = word.chars().filter(|c| !is_quote(c)).collect();
         let word = word.trim_end_matches(['.', '!', ';', ':']);
-        if !word.is_empty() {
-            words.push(word.to_owned());
+        // "the left-hand mug" is the left one.
+        let is_side = words.last().is_some_and(|side: &String| side == "left" || side == "right");
+        if word.is_empty() || is_side && word == "hand" {
+            continue;
         }
+        words.push(word.to_owned());
     }
     words
 }
@@ -140,7 +143,9 @@ pub(super) fn read_noun_phrase(reader: &mut Reader) -> Result<NounPhrase, Unread
     let fraction = read_fraction(reader);
     // "a mug" and "two mugs" leave open which.
     let is_open = |word: &str| matches!(word, "any" | "either" | "a" | "an") || number(word).is_some();
-    let choice = fraction.is_some() || reader.peek().is_some_and(is_open);
+    // "something sweet" is any one that is.
+    let is_any = reader.peek() == Some("something");
+    let choice = fraction.is_some() || is_any || reader.peek().is_some_and(is_open);
     let _ = reader.take(&["either"]);
     let (quantity, other) = read_quantity(reader);
     let quantity = fraction.unwrap_or(quantity);

@@ -1,6 +1,7 @@
 //! Qualifiers after the noun of a phrase: relations to other objects, places on the table, orders.
 
 use super::phrase::{NounPhrase, Reader, Unread, read_noun_phrase};
+use language::outermost::{Side, outermost};
 use language::vocabulary::vocabulary;
 use scene::RelationKind;
 
@@ -56,6 +57,8 @@ pub(super) enum Qualifier {
     Between(Vec<NounPhrase>),
     Closest(NounPhrase),
     Farthest(NounPhrase),
+    /// "furthest to the left"
+    Outermost(Direction),
     OnTable,
     In(Region),
     /// "that is yellow", "which is wooden": words of a color or a material.
@@ -173,7 +176,25 @@ pub(super) fn qualifier(reader: &mut Reader) -> Result<Option<Qualifier>, Unread
         }
         return Ok(Some(Qualifier::Between(ends)));
     }
-    for (word, closest) in [("closest", true), ("nearest", true), ("farthest", false), ("furthest", false)] {
+    let ahead: Vec<&str> = reader.words[reader.at..].iter().take(7).map(String::as_str).collect();
+    if let Some((side, length)) = outermost(&ahead) {
+        reader.at += length;
+        return Ok(Some(Qualifier::Outermost(match side {
+            Side::Left => Direction::Left,
+            Side::Right => Direction::Right,
+            Side::Front => Direction::Front,
+            Side::Back => Direction::Back,
+        })));
+    }
+    let distances = [
+        ("closest", true),
+        ("nearest", true),
+        ("closer", true),
+        ("nearer", true),
+        ("farthest", false),
+        ("furthest", false),
+    ];
+    for (word, closest) in distances {
         if reader.take(&[word]) {
             let _ = reader.take_one(&["to", "from"]);
             let target = read_noun_phrase(reader)?;

@@ -3,7 +3,7 @@
 use super::modifier::{of_color, of_material};
 use super::phrase::{NounPhrase, Quantity};
 use super::places::{Ranking, is_between, is_related, rests_on};
-use super::qualifier::Qualifier;
+use super::qualifier::{Direction, Qualifier};
 use super::selection::{Outcome, Selector};
 use language::vocabulary::color_of;
 use scene::RelationKind;
@@ -38,6 +38,7 @@ impl Selector<'_> {
                 Ok(keep(&|index| !of.contains(&index)))
             }
             Qualifier::In(region) => self.in_region(phrase, pool, *region, plural),
+            Qualifier::Outermost(direction) => self.outermost(phrase, &pool, *direction),
             Qualifier::OnTable => {
                 let direct = keep(&|index| objects[index].supporter.parent.is_none());
                 let all = phrase.quantity == Quantity::All || direct.is_empty();
@@ -94,6 +95,20 @@ impl Selector<'_> {
                 ranking.ranks(0, 1).map_err(|among| self.ambiguous(phrase, &among))
             }
         }
+    }
+
+    /// As many objects as the phrase counts that are farthest in a direction.
+    fn outermost(&self, phrase: &NounPhrase, pool: &[usize], direction: Direction) -> Outcome<Vec<usize>> {
+        let count = match phrase.quantity {
+            Quantity::Count(count) => count,
+            Quantity::Both => 2,
+            _ => 1,
+        };
+        let ranking = Ranking::from(self.objects, pool, direction);
+        if ranking.order.len() < count {
+            return Err(self.too_few(phrase, count, pool));
+        }
+        ranking.ranks(0, count).map_err(|among| self.ambiguous(phrase, &among))
     }
 
     /// Everything that the target of a relation may be: in "the spoon in the mug" the spoon tells which mug is meant.

@@ -1,30 +1,36 @@
 //! Statements of an instruction, over the objects of the scene.
 
 use editing::references::{ReferenceError, SceneReferents, resolve};
-use language::task::{GoalStatement, TaskError, read};
+use language::performed::PERFORMED;
+use language::task::{TaskError, read};
 use scene::text_account::{GoalPredicate, PredicateKind};
+use scene::{StatedGoal, TaskProgram};
 
-use super::performed::{PERFORMED, states};
 use crate::goal::Goal;
 use crate::refusal::Refusal;
 use crate::stacks::chained;
 use crate::task_scene::TaskScene;
 
-pub(super) fn goal(instruction: &str, scene: &TaskScene) -> Result<Goal, Refusal> {
-    let is_performed = |verb: &str| states(verb).is_some();
-    let stated = read(instruction, &SceneReferents(scene.described()), &is_performed).map_err(refused)?;
+pub(super) fn program(instruction: &str, scene: &TaskScene) -> Result<TaskProgram, Refusal> {
+    Ok(read(instruction, &SceneReferents(scene.described()))?)
+}
+
+/// The goal of a program, over the objects of the scene.
+pub(super) fn goal(program: &TaskProgram, scene: &TaskScene) -> Result<Goal, Refusal> {
     let mut predicates = Vec::new();
-    for statement in &stated {
+    for statement in program.meanings() {
         predicates.extend(over_scene(statement, scene)?);
     }
     Goal::new(chained(predicates)).map_err(|_| Refusal::NoGoal)
 }
 
-fn refused(error: TaskError) -> Refusal {
-    match error {
-        TaskError::Verb(verb) => Refusal::VerbNotPerformed { verb, performed: PERFORMED.to_owned() },
-        TaskError::Parts(parts) => Refusal::InstructionNotUnderstood { parts },
-        TaskError::NoGoal => Refusal::NoGoal,
+impl From<TaskError> for Refusal {
+    fn from(error: TaskError) -> Self {
+        match error {
+            TaskError::Verb(verb) => Self::VerbNotPerformed { verb, performed: PERFORMED.to_owned() },
+            TaskError::Parts(parts) => Self::InstructionNotUnderstood { parts },
+            TaskError::NoGoal => Self::NoGoal,
+        }
     }
 }
 
@@ -42,7 +48,7 @@ fn objects(scene: &TaskScene, phrase: &str) -> Result<Vec<usize>, Refusal> {
 
 /// The predicates of a statement. Several objects share one target; as many targets as objects are one for each, in
 /// order.
-fn over_scene(statement: &GoalStatement, scene: &TaskScene) -> Result<Vec<GoalPredicate>, Refusal> {
+fn over_scene(statement: &StatedGoal, scene: &TaskScene) -> Result<Vec<GoalPredicate>, Refusal> {
     let name = |index: usize| scene.posed()[index].name.clone();
     let predicate = |object: usize, target: Option<usize>, second: Option<usize>| GoalPredicate {
         predicate: statement.predicate,

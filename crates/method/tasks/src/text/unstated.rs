@@ -2,9 +2,9 @@
 
 use scene::text_account::{GoalPredicate, PredicateKind};
 
-use super::performed::states;
 use super::verb_check::{Sentence, not_performed};
 use crate::refusal::Refusal;
+use language::performed::states;
 
 const PERSONS: &[&str] = &[
     "somebody",

@@ -14,10 +14,10 @@ use std::ops::Range;
 use scene::text_account::{GoalPredicate, PredicateKind, TextMeaning, Understood};
 
 use super::function_words::{FUNCTION_WORDS, PHRASE_OPENERS, REQUEST_WORDS, VERB_OPENERS};
-use super::performed::{PERFORMED, States, states};
 use super::unstated::unstated;
 use super::words::{Word, words};
 use crate::refusal::Refusal;
+use language::performed::{PERFORMED, States, states};
 
 /// An instruction with what the analyst made of it.
 pub(super) struct Sentence<'a> {

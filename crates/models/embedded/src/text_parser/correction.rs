@@ -6,6 +6,7 @@ use super::lexicon::Lexicon;
 use super::phrases::phrases;
 use super::tokens::{Source, Token};
 use super::verbs::verbs;
+use language::words::is_other_word;
 use runtime::edit_distance;
 
 /// Maximum number of words of a text that are compared with the vocabulary.
@@ -131,9 +132,12 @@ fn is_right(lexicon: &Lexicon, word: &str) -> bool {
     {
         return true;
     }
-    forms.iter().any(|form| lexicon.nouns.is_noun(form))
-        && !forms.iter().any(|form| vocabulary.grammar.rare_nouns.contains(*form))
-        && !is_wrong_plural(lexicon, word)
+    if forms.iter().any(|form| vocabulary.grammar.rare_nouns.contains(*form)) {
+        return false;
+    }
+    // "taller" is no "tiller", "outer" no "router".
+    is_other_word(word)
+        || forms.iter().any(|form| lexicon.nouns.is_noun(form)) && !is_wrong_plural(lexicon, word)
 }
 
 /// "boxs", "knifes": a known noun with an ending that its plural does not have.
@@ -292,6 +296,7 @@ mod tests {
             ("bleu mugs, thre bowls bhind them, taken away", vec!["blue", "three", "behind"]),
             // Three letters: exchanged ones, and vowels of the words of the grammar.
             ("a mgu, the mgu nxt to teh plate", vec!["mug", "mug", "next", "the"]),
+            ("one taller than the other, the outer ones flatter", vec![]),
             // Participles are no misspelled nouns.
             ("a fluted block and a hydrating oil", vec![]),
             // Words of the grammar.

@@ -137,6 +137,12 @@ struct Reader<'a> {
     source: &'a mut Source,
 }
 
+/// Second parts of compounds with a hyphen whose first part is no object of the scene.
+const NAMES_NOTHING_BEFORE: &[&str] = &[
+    "side", "style", "themed", "picking", "packing", "sorting", "making", "cleaning", "handling", "serving",
+    "loading", "free", "friendly", "related", "ready", "based",
+];
+
 /// Names that begin with a digit.
 const NAMES: &[&str] = &["7up", "3d", "9v"];
 
@@ -246,6 +252,14 @@ impl Reader<'_> {
             self.source.push(Token::Word("is".to_owned()), span);
             self.at += length;
             return;
+        }
+        // "a sink-side counter", "bin-picking practice": one word, in which no object is named.
+        if self.peek(length) == '-' && self.peek(length + 1).is_alphabetic() {
+            let (second, second_length, _) = read_word(&self.characters[self.at + length + 1..]);
+            if NAMES_NOTHING_BEFORE.contains(&second.as_str()) {
+                self.push(Token::Word(format!("{word}{second}")), length + 1 + second_length);
+                return;
+            }
         }
         if word.is_empty() {
             self.at += length;

@@ -223,8 +223,7 @@ fn question(hints: Option<&RecognitionHints>) -> (&'static Prompt, Value) {
         let category = named.stand_in.as_ref().map_or(&named.category, |mark| &mark.stands_for);
         let mut object = json!({ "name": named.id, "label": named.label, "category": category });
         if let Some(color) = named.color {
-            let [r, g, b, _] = color.to_rgba8();
-            object["color"] = json!(format!("#{r:02x}{g:02x}{b:02x}"));
+            object["color"] = json!(color.to_hex());
         }
         if let Some(material) = &named.material {
             object["material"] = json!(material);

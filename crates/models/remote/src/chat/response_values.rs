@@ -155,7 +155,7 @@ pub fn cyclic(carried: &[Option<usize>]) -> Vec<usize> {
     (0..carried.len()).filter(|start| !ends(*start)).collect()
 }
 
-fn clipped(text: &str) -> String {
+pub(super) fn clipped(text: &str) -> String {
     text.chars().take(40).collect()
 }
 

@@ -118,8 +118,7 @@ fn object_words(object: &ObjectSpec, description: &SceneDescription) -> String {
         message.push_str(&format!(", {material}"));
     }
     if let Some(color) = object.color {
-        let [r, g, b, _] = color.to_rgba8();
-        message.push_str(&format!(", #{r:02x}{g:02x}{b:02x}"));
+        message.push_str(&format!(", {}", color.to_hex()));
     }
     for relation in &object.relations {
         let target = relation.target.as_ref();

@@ -195,8 +195,15 @@ async fn calls(store: &Store, lease: &Lease, scene: &SceneId) {
         task: Some("task".into()),
         answer: Some(Digest::of(b"answer")),
     };
+    let ended = end.clone();
     store.settle_call(lease, id, end).await.unwrap();
     store.reserve_call(lease, call(false)).await.unwrap();
+    let about = NewCall { reserved_micro_usd: 0, ..call(false) };
+    let reserved = store.reserve_call_about(&DEFAULT_TENANT, scene, about, 0).await.unwrap();
+    let Some(Reservation::Granted(id)) = reserved else { panic!("it is free") };
+    let end = CallEnd { settled_micro_usd: None, task: None, answer: None, ..ended };
+    store.settle_call_about(&lease.job_id, id, end).await.unwrap();
+    store.forget_answers_about(&lease.job_id, "beta").await.unwrap();
     store.task_of(&lease.job_id, "k").await.unwrap();
     store.calls(&DEFAULT_TENANT, scene).await.unwrap();
     store.spending(&DEFAULT_TENANT, scene).await.unwrap();

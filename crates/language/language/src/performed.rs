@@ -12,7 +12,7 @@ pub const PERFORMED: &str = "pick up, hold, put, place, move, push, take out, re
 
 /// Predicates that a verb may state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum States {
+pub enum States {
     /// Place of an object, and its attitude.
     Places,
     /// As [`Self::Places`]; also that it is in the hand, or no longer where it was.
@@ -55,6 +55,10 @@ const VERBS: &[(States, &[&str])] = &[
             "arrange",
             "line",
             "leave",
+            "pop",
+            "stash",
+            "plop",
+            "plonk",
             "keep",
             "add",
             "rest",
@@ -124,13 +128,18 @@ const IRREGULAR: &[(&str, &str)] = &[
 ];
 
 /// Predicates that a word may state as a verb, in any of its forms; `None` for a word that is no performed verb.
-pub(super) fn states(word: &str) -> Option<States> {
+pub fn states(word: &str) -> Option<States> {
     let known = |base: &str| VERBS.iter().find(|(_, verbs)| verbs.contains(&base)).map(|(states, _)| *states);
     bases(word).iter().find_map(|base| known(base))
 }
 
+/// Whether a word is a verb that the robot performs, in any form.
+pub fn is_performed(word: &str) -> bool {
+    states(word).is_some()
+}
+
 /// Base forms of a word, the word itself first.
-fn bases(word: &str) -> Vec<String> {
+pub(crate) fn bases(word: &str) -> Vec<String> {
     let mut bases = vec![word.to_owned()];
     bases.extend(IRREGULAR.iter().filter(|(form, _)| *form == word).map(|(_, base)| (*base).to_owned()));
     for ending in ["ing", "ed", "es", "s", "d"] {
