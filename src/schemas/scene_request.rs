@@ -55,6 +55,12 @@ pub struct Input {
     /// Of an edit.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub operations: Option<EditOperations>,
+    /// Of an edit in words: the words that each operation comes from, in order.
+    #[schemars(skip_serializing_if = "Option::is_none", length(max = 64))]
+    pub words: Option<Vec<String>>,
+    /// Of an edit in words: those that ask for nothing.
+    #[schemars(skip_serializing_if = "Option::is_none", length(max = 4000))]
+    pub asides: Option<Vec<String>>,
     /// Of a variant.
     #[schemars(skip_serializing_if = "Option::is_none")]
     pub randomize: Option<Randomize>,

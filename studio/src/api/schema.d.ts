@@ -2360,6 +2360,10 @@ export interface components {
             bundle_sha256?: string;
             /** @description Of an edit. */
             operations?: components["schemas"]["EditOperations"];
+            /** @description Of an edit in words: the words that each operation comes from, in order. */
+            words?: string[];
+            /** @description Of an edit in words: those that ask for nothing. */
+            asides?: string[];
             /** @description Of a variant. */
             randomize?: components["schemas"]["Randomize"];
         };

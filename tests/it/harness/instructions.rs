@@ -88,6 +88,7 @@ pub fn edits() -> Vec<Sentence> {
     let files = [
         include_str!("../../../crates/language/language/tests/sentences_fresh_1.toml"),
         include_str!("../../../crates/language/language/tests/sentences_fresh_2.toml"),
+        include_str!("../../../crates/language/language/tests/sentences_fresh_3.toml"),
     ];
     files.iter().flat_map(|file| toml::from_str::<Sentences>(file).expect("sentences").sentence).collect()
 }
@@ -112,11 +113,12 @@ impl TaskLine {
     }
 }
 
-/// Tasks of two writers.
+/// Tasks of three writers.
 pub fn tasks() -> Vec<TaskLine> {
     let files = [
         include_str!("../../fixtures/instructions/tasks_1.jsonl"),
         include_str!("../../fixtures/instructions/tasks_2.jsonl"),
+        include_str!("../../fixtures/instructions/tasks_3.jsonl"),
     ];
     let lines = files.iter().flat_map(|file| file.lines());
     lines.map(|line| serde_json::from_str(line).expect(line)).collect()

@@ -42,7 +42,13 @@ fn on_the_wire(words: &str, operation: &EditOperation) -> Value {
         Value::Object(fields) => fields,
         other => panic!("{other}"),
     };
-    for (radians, degrees) in [("by_rad", "by_deg"), ("to_rad", "to_deg")] {
+    let angles = [
+        ("by_rad", "by_deg"),
+        ("to_rad", "to_deg"),
+        ("azimuth_rad", "azimuth_deg"),
+        ("elevation_rad", "elevation_deg"),
+    ];
+    for (radians, degrees) in angles {
         if let Some(angle) = fields.remove(radians) {
             fields.insert(degrees.into(), json!(angle.as_f64().expect("an angle").to_degrees()));
         }

@@ -3795,6 +3795,14 @@ class Input(Model):
     """
     Of an edit.
     """
+    words: list[str] | None = None
+    """
+    Of an edit in words: the words that each operation comes from, in order.
+    """
+    asides: list[str] | None = None
+    """
+    Of an edit in words: those that ask for nothing.
+    """
     randomize: Randomize | None = None
     """
     Of a variant.

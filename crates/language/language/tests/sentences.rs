@@ -170,6 +170,7 @@ fn spoiled_sentences_are_read_or_refused() {
         include_str!("sentences_natural.toml"),
         include_str!("sentences_fresh_1.toml"),
         include_str!("sentences_fresh_2.toml"),
+        include_str!("sentences_fresh_3.toml"),
     ];
     let mut state = 1_u64;
     let mut draw = |below: usize| {
@@ -220,4 +221,9 @@ fn a_text_of_the_greatest_length_is_read() {
 #[test]
 fn sentences_of_a_second_writer_are_read_no_worse_than_before() {
     check("sentences_fresh_2.toml", include_str!("sentences_fresh_2.toml"), 40, 21, 10);
+}
+
+#[test]
+fn sentences_of_a_third_writer_are_read_no_worse_than_before() {
+    check("sentences_fresh_3.toml", include_str!("sentences_fresh_3.toml"), 20, 15, 1);
 }
