@@ -136,8 +136,8 @@ fn is_right(lexicon: &Lexicon, word: &str) -> bool {
         return false;
     }
     // "taller" is no "tiller", "outer" no "router".
-    is_other_word(word)
-        || forms.iter().any(|form| lexicon.nouns.is_noun(form)) && !is_wrong_plural(lexicon, word)
+    (is_other_word(word) || forms.iter().any(|form| lexicon.nouns.is_noun(form)))
+        && !is_wrong_plural(lexicon, word)
 }
 
 /// "boxs", "knifes": a known noun with an ending that its plural does not have.
