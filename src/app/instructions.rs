@@ -13,7 +13,7 @@ use ports::ledger::Purse;
 use ports::{Call, Instruction, InstructionReader, ProviderError};
 use runtime::{CancelFlag, CpuPool};
 use scene::request::RequestOptions;
-use scene::{EditProgram, SceneId, TenantId};
+use scene::{EditProgram, JobId, SceneId, TenantId};
 use store::Store;
 use tasks::{Refusal, Task, TaskScene};
 
@@ -35,14 +35,18 @@ impl std::fmt::Debug for Reader {
 }
 
 /// A request to read instructions: who computes, and where calls of remote models are booked.
-pub struct Reading(Call);
+pub struct Reading {
+    call: Call,
+    /// The job in which calls are booked and answers are kept.
+    kept_in: Option<(Store, JobId)>,
+}
 
 impl Reading {
     /// For a command: calls may cost together what a scene usually may.
     pub fn of_command(cpu: CpuPool, usual_budget_usd: f64) -> Self {
         let ledger = Purse::new(RequestOptions::default().budget(usual_budget_usd));
         let call = Call::without_budget(cpu, CancelFlag::default());
-        Self(Call { ledger: Arc::new(ledger), ..call })
+        Self { call: Call { ledger: Arc::new(ledger), ..call }, kept_in: None }
     }
 
     /// About a finished scene of a tenant, under whose budget calls are booked.
@@ -59,12 +63,24 @@ impl Reading {
     ) -> Result<Self, Problem> {
         let call = Call::without_budget(cpu, CancelFlag::default());
         if !app.asks_models() {
-            return Ok(Self(call));
+            return Ok(Self { call, kept_in: None });
         }
         let job = store.latest_job(tenant_id, scene_id).await?;
         let job = job.ok_or_else(|| Problem::not_found("scene", scene_id.as_str()))?;
+        let kept_in = Some((store.clone(), job.id.clone()));
         let ledger = JobLedger::about(store.clone(), tenant_id.clone(), scene_id.clone(), job.id, STAGE);
-        Ok(Self(Call { ledger: Arc::new(ledger), ..call }))
+        Ok(Self { call: Call { ledger: Arc::new(ledger), ..call }, kept_in })
+    }
+
+    /// Forgets kept answers that cannot be used, so that the next request asks the model again.
+    async fn without_unusable<T>(&self, read: Result<T, ProviderError>) -> Result<T, ProviderError> {
+        if let (Err(error), Some((store, job_id))) = (&read, &self.kept_in)
+            && error.discards_recorded_answers()
+            && let Err(error) = store.forget_answers_about(job_id, STAGE).await
+        {
+            tracing::warn!(error = error.chain(), "unusable answers could not be forgotten");
+        }
+        read
     }
 }
 
@@ -108,8 +124,8 @@ impl App {
         objects: Arc<[EditableObject]>,
         reading: &Reading,
     ) -> Result<EditProgram, Problem> {
-        let read = self.reader.reader.read_edit(&reading.0, Instruction { text, objects }).await;
-        read.map_err(|error| match error {
+        let read = self.reader.reader.read_edit(&reading.call, Instruction { text, objects }).await;
+        reading.without_unusable(read).await.map_err(|error| match error {
             ProviderError::Rejected { reason, .. } => {
                 Problem::invalid(vec![FieldError::new("/text", reason)])
             }
@@ -131,7 +147,8 @@ impl App {
         reading: &Reading,
     ) -> Result<Task, Problem> {
         let instruction = Instruction { text: text.to_owned(), objects: scene.described().into() };
-        let program = self.reader.reader.read_task(&reading.0, instruction).await.map_err(not_read)?;
+        let read = self.reader.reader.read_task(&reading.call, instruction).await;
+        let program = reading.without_unusable(read).await.map_err(not_read)?;
         tasks::text::task_of_program(text, &program, scene, robot).map_err(|refusal| refused(&refusal))
     }
 }

@@ -28,6 +28,9 @@ pub fn read_edit(
     order: &mut EditOrder,
     refusal: impl Fn(Problem) -> Failure,
 ) -> Result<(), Failure> {
+    if order.text.is_none() {
+        return Ok(());
+    }
     let (app, reading) = reading(resolved)?;
     let Some(text) = app.instruction_of(order) else { return Ok(()) };
     let read = app.read_edit(text, objects_of(archive), &reading);
@@ -48,8 +51,11 @@ pub fn read_tasks(
     robot: &str,
     refusal: impl Fn(Problem) -> Failure,
 ) -> Result<(), Failure> {
+    if tasks.iter().all(|task| matches!(task, TaskSource::Task(_))) {
+        return Ok(());
+    }
     let (app, reading) = reading(resolved)?;
-    if !app.asks_models() || tasks.iter().all(|task| matches!(task, TaskSource::Task(_))) {
+    if !app.asks_models() {
         return Ok(());
     }
     let scene = InstructedScene::of_archive(archive).map_err(&refusal)?;

@@ -7,12 +7,14 @@ use std::time::Duration;
 
 use glam::DVec3;
 use ports::{ImageAnnotations, Truth};
+use runtime::CpuPool;
 use scene::{Scene, SceneId, StandsOn};
 use serde_json::{Value, json};
 use store::{DEFAULT_TENANT, Store};
+use tabletopgen::app::instructions::Reading;
 use tabletopgen::app::pipeline;
 
-use crate::harness::server::{Server, settings};
+use crate::harness::server::{Server, reading, settings};
 use crate::remote::chat_answers;
 use crate::remote::chat_server::{Answers, ChatServer, Fault};
 use crate::remote::instructions::instruction_of;
@@ -67,6 +69,7 @@ fn read(instruction: &str) -> Value {
         "fruit off the dish, onto the wood" => program(json!({
             "predicate": "off", "object": "apple_1", "target": "plate_1", "second_target": null,
         })),
+        "say nothing" => json!({ "statements": [], "not_understood": [], "asides": [] }),
         _ => json!({ "statements": [], "not_understood": [instruction], "asides": [] }),
     }
 }
@@ -195,6 +198,21 @@ async fn instructions_are_read_by_the_model_and_paid_once(
         read.iter().all(|call| call["outcome"] == "answered" && call["settled_usd"] == 0.006),
         "{read:?}"
     );
+    // An answer that cannot be used is not kept: the model is asked again, and once more to repair it.
+    let app = reading(&settings(&[
+        ("providers.analyst", "chat"),
+        ("providers.allow_http", "true"),
+        ("providers.private_hosts", "127.0.0.1"),
+        ("providers.chat.base_url", &chat.base_url),
+        ("providers.chat.key_variable", ""),
+    ]));
+    for asked in [2, 4] {
+        let (cpu, scene) = (CpuPool::new(1).unwrap(), scene_id.parse().unwrap());
+        let about = Reading::about(&app, server.store(), cpu, &DEFAULT_TENANT, &scene).await.unwrap();
+        let unusable = app.read_edit("say nothing".into(), Arc::new([]), &about).await.unwrap_err();
+        assert_eq!(unusable.code, "provider_bad_answer", "{unusable:?}");
+        assert_eq!(paid(), 3 + asked);
+    }
     // The account of the edit says which words ask for what.
     let job = server.job_ends(edit.json()["job"]["id"].as_str().unwrap(), Duration::from_secs(300)).await;
     assert_eq!(job["state"], "succeeded", "{job}");

@@ -19,16 +19,14 @@ pub struct Instruction {
     pub objects: Arc<[EditableObject]>,
 }
 
-/// Codes of instructions that are refused.
+/// The code of instructions that are not understood.
 pub const NOT_UNDERSTOOD: &str = "instruction_not_understood";
-pub const VERB_NOT_PERFORMED: &str = "verb_not_performed";
-pub const NO_GOAL: &str = "no_goal";
 
 /// Reads instructions as programs.
 ///
 /// A program has at least one statement, and every word of the instruction that asks for something is part of one: what
-/// no statement can express is an error ([`ProviderError::Rejected`](super::ProviderError::Rejected) with one of the
-/// codes of this module), never left out.
+/// no statement can express is an error ([`ProviderError::Rejected`](super::ProviderError::Rejected) with the code
+/// [`NOT_UNDERSTOOD`] or that of a refused task), never left out.
 pub trait InstructionReader: Send + Sync {
     /// The operations that an instruction asks for.
     fn read_edit<'a>(&'a self, call: &'a Call, instruction: Instruction) -> Answer<'a, EditProgram>;
