@@ -27,6 +27,7 @@ from tabletopgen.env.folder_digest import digest_of_folder
 from tabletopgen.env.recorded_dataset import RecordedDataset
 from tabletopgen.env.rollout_replay import replay
 from tabletopgen.env.start import CameraStart
+from tabletopgen.errors import MissingPackageError
 
 pytest.importorskip("scipy", reason="scipy is not installed")
 
@@ -113,6 +114,20 @@ def test_what_always_fails_is_not_searched_and_what_never_fails_is_to_the_end() 
     request = {"policy": "planted", "vary": list(AXES), "scenes": 60}
     assert "fails in the scene as it is" in markdown(document_of(request, always.records(), []))
     assert document_of(request, never.records(), [])["counterexamples"] == []
+
+
+def test_a_missing_package_is_named_before_the_first_scene_and_nothing_is_imported_after_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    world = World(lambda _: False, 3)
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "scipy.stats.qmc", None)
+        with pytest.raises(MissingPackageError, match="pip install scipy"):
+            Search(ALL, world.fails, 0)
+    search = Search(ALL, world.fails, 0)
+    monkeypatch.setitem(sys.modules, "scipy.stats.qmc", None)
+    search.run()
+    assert len(world.made) == 3
 
 
 def test_a_search_is_decided_by_its_seed_and_a_greater_budget_begins_with_the_same() -> None:

@@ -68,9 +68,10 @@ def counterexamples(
     with folder.held(document):
         folder.write(folder.request, (json.dumps(document, indent=1) + "\n").encode())
         try:
+            search = Search(axes, journaled(folder, SceneRunner(base, folder.folder / SCENES), scenes, finished), seed)
             if draws:
                 run_draws(base, draws, randomize, folder.folder / DRAWS)
-            Search(axes, journaled(folder, SceneRunner(base, folder.folder / SCENES), scenes, finished), seed).run()
+            search.run()
         finally:
             found = reported(folder, document)
     return found
