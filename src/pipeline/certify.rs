@@ -41,7 +41,7 @@ pub use plausibility::HealthSettings;
 pub(crate) use plausibility::uncovered_m;
 pub use vlm_rating::AppraiseSettings;
 
-pub const STAGE: Stage = Stage { name: "certify", version: 26 };
+pub const STAGE: Stage = Stage { name: "certify", version: 27 };
 
 /// Section `[fidelity]`.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]

@@ -94,7 +94,7 @@ pub struct EmbeddedImageGenerator {
 
 impl EmbeddedImageGenerator {
     const NAME: &str = "embedded/painter";
-    const MODEL: &str = "9";
+    const MODEL: &str = "10";
 
     fn settings(&self) -> Settings {
         Settings {

@@ -55,6 +55,8 @@ pub const TAP_GROUPS: usize = 8;
 pub const SEARCH_GROUPS: usize = 4;
 /// Penumbras narrower than this are smoothed between texels, texels.
 pub const NARROW: f32 = 2.0;
+/// The z of a normal in the frame of the light beyond which surfaces are no steeper: they get hardly any light.
+pub const STEEPEST: f32 = -0.05;
 
 impl LightMap {
     /// Renders the objects, or the opaque ones, from `toward_light`. The map has its keys only.
@@ -296,11 +298,14 @@ impl LightMap {
         let disk = &DISKS[(turn * TURNS as f32) as usize % TURNS];
         let (x, y, lit_up_to) = (f32x8::splat(x), f32x8::splat(y), f32x8::splat(key + bias));
         let search = f32x8::splat(search);
+        let [slope_x, slope_y] = self.slope(normal).0.map(f32x8::splat);
+        // What blocks light stands above the plane of the surface, which rises to one side of a steep one.
+        let plane = |dx: f32x8, dy: f32x8| lit_up_to + (slope_x * dx + slope_y * dy).max(f32x8::ZERO);
         let (mut sum, mut count) = (f32x8::ZERO, 0);
         for (dx, dy) in &disk.wide[..SEARCH_GROUPS] {
-            // A blocker must stand above the cone of the surface itself as seen from this offset.
-            let found = self.keys_at(x + *dx * search, y + *dy * search);
-            let blocks = found.simd_gt(lit_up_to);
+            let (dx, dy) = (*dx * search, *dy * search);
+            let found = self.keys_at(x + dx, y + dy);
+            let blocks = found.simd_gt(plane(dx, dy));
             sum += found & blocks;
             count += blocks.to_bitmask().count_ones();
         }
@@ -314,15 +319,16 @@ impl LightMap {
         let width = ((blocker - key) * self.spread).clamp(0.8, self.reach);
         let radius = f32x8::splat(width);
         if width < NARROW {
-            let (dx, dy) = disk.narrow;
-            let (u, v) = ((x + dx * radius).to_array(), (y + dy * radius).to_array());
-            let lit: f32 = (0..8).map(|k| self.lit_share(u[k], v[k], key + bias)).sum();
+            let (dx, dy) = (disk.narrow.0 * radius, disk.narrow.1 * radius);
+            let (u, v, limit) = ((x + dx).to_array(), (y + dy).to_array(), plane(dx, dy).to_array());
+            let lit: f32 = (0..8).map(|k| self.lit_share(u[k], v[k], limit[k])).sum();
             return lit / 8.0;
         }
         let lit_among = |groups: &[(f32x8, f32x8)]| {
             let lit = |(dx, dy): &(f32x8, f32x8)| {
-                let found = self.keys_at(x + *dx * radius, y + *dy * radius);
-                found.simd_le(lit_up_to).to_bitmask().count_ones()
+                let (dx, dy) = (*dx * radius, *dy * radius);
+                let found = self.keys_at(x + dx, y + dy);
+                found.simd_le(plane(dx, dy)).to_bitmask().count_ones()
             };
             groups.iter().map(lit).sum::<u32>()
         };
@@ -335,11 +341,22 @@ impl LightMap {
         }
     }
 
+    /// Change of the key of a surface with this normal per texel sideways, and per meter away from it.
+    #[inline]
+    fn slope(&self, normal: Vec3A) -> ([f32; 2], f32) {
+        let in_light = self.light_from_world.matrix3 * normal;
+        // Lit surfaces face against z, along which the light goes.
+        let facing = in_light.z.min(STEEPEST);
+        ([in_light.x, in_light.y].map(|sideways| sideways / facing * self.texel_m), -1.0 / facing)
+    }
+
     /// Share of light that transparent objects let pass to the point, by color.
     pub fn through_glass(&self, point_in_world: Vec3A, normal: Vec3A) -> Vec3 {
         let Some(glass) = &self.glass else { return Vec3::ONE };
         let (x, y, key) = self.texel_and_key(point_in_world + normal * (1.2 * self.texel_m));
-        glass.passing([x, y], key, key + 0.6 * self.texel_m, self.spread)
+        let (slope, per_m_away) = self.slope(normal);
+        let lit_up_to = key + 0.6 * self.texel_m + glass::CLOSE_M * per_m_away;
+        glass.passing(glass::Receiver { x, y, key, lit_up_to, slope }, self.spread)
     }
 
     /// Keys at eight positions; outside the map they are those of the empty border.

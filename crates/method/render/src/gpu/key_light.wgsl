@@ -51,6 +51,18 @@ fn lit_share(p: vec2<f32>, key: f32) -> f32 {
     return mix(upper, lower, t.y);
 }
 
+// Change of the key of a surface with this normal per texel sideways; and per meter away from it.
+fn key_slope(normal: vec3<f32>) -> vec3<f32> {
+    let in_light = turned(job.light_from_world, normal);
+    let facing = min(in_light.z, STEEPEST);
+    return vec3(in_light.xy / facing * job.texel_m, -1.0 / facing);
+}
+
+// Up to which key a texel off the point is below the plane of the surface, which rises to one side of a steep one.
+fn plane_key(lit_up_to: f32, slope: vec2<f32>, offset: vec2<f32>) -> f32 {
+    return lit_up_to + max(dot(slope, offset), 0.0);
+}
+
 fn disk_point(disk: u32, k: u32) -> vec2<f32> {
     return vec2(scene_f32(disk + 2u * k), scene_f32(disk + 2u * k + 1u));
 }
@@ -87,11 +99,13 @@ fn key_visibility(point: vec3<f32>, normal: vec3<f32>, turn: f32) -> f32 {
     // The points of a narrow penumbra are the first eight.
     let disk = job.disks_at + (u32(turn * f32(TURNS)) % TURNS) * DISK_WORDS;
     let wide = disk + 16u;
+    let slope = key_slope(normal).xy;
     var sum = 0.0;
     var count = 0u;
     for (var k = 0u; k < 8u * SEARCH_GROUPS; k++) {
-        let found = map_key(p + search * disk_point(wide, k));
-        if found > lit_up_to {
+        let offset = search * disk_point(wide, k);
+        let found = map_key(p + offset);
+        if found > plane_key(lit_up_to, slope, offset) {
             sum += found;
             count++;
         }
@@ -106,7 +120,8 @@ fn key_visibility(point: vec3<f32>, normal: vec3<f32>, turn: f32) -> f32 {
     if width < NARROW {
         var lit = 0.0;
         for (var k = 0u; k < 8u; k++) {
-            lit += lit_share(p + width * disk_point(disk, k), lit_up_to);
+            let offset = width * disk_point(disk, k);
+            lit += lit_share(p + offset, plane_key(lit_up_to, slope, offset));
         }
         return lit / 8.0;
     }
@@ -117,7 +132,8 @@ fn key_visibility(point: vec3<f32>, normal: vec3<f32>, turn: f32) -> f32 {
         if k == few && (lit == 0u || lit == few) {
             return f32(lit) / f32(few);
         }
-        lit += select(0u, 1u, map_key(p + width * disk_point(wide, k)) <= lit_up_to);
+        let offset = width * disk_point(wide, k);
+        lit += select(0u, 1u, map_key(p + offset) <= plane_key(lit_up_to, slope, offset));
     }
     return f32(lit) / f32(2u * few);
 }
@@ -144,8 +160,15 @@ fn glass_texel(level: GlassLevel, p: vec2<i32>) -> vec4<f32> {
     return vec4(light_f32(at), light_f32(at + 1u), light_f32(at + 2u), light_f32(at + 3u));
 }
 
+// The key above which glass at a texel is in the way of a point at `p`: it is above the plane of the surface.
+fn glass_limit(level: GlassLevel, texel: vec2<i32>, p: vec2<f32>, lit_up_to: f32, slope: vec2<f32>) -> f32 {
+    let width = GLASS_WIDER / level.scale;
+    let rises = slope * ((vec2<f32>(texel) + 0.5) * width - p * GLASS_WIDER) + 0.5 * width * abs(slope);
+    return lit_up_to + max(rises.x + rises.y, 0.0);
+}
+
 // What passes about a position of the finest level; and the mean key of what is in the way there, if anything is.
-fn glass_about(number: u32, p: vec2<f32>, lit_up_to: f32, highest: f32) -> vec4<f32> {
+fn glass_about(number: u32, p: vec2<f32>, lit_up_to: f32, slope: vec2<f32>, highest: f32) -> vec4<f32> {
     let level = glass_level(number);
     let at = p * level.scale - 0.5;
     let low = vec2<i32>(floor(at));
@@ -157,7 +180,7 @@ fn glass_about(number: u32, p: vec2<f32>, lit_up_to: f32, highest: f32) -> vec4<
         let corner = vec2(k & 1, k >> 1u);
         let weight = select(1.0 - t.x, t.x, corner.x == 1) * select(1.0 - t.y, t.y, corner.y == 1);
         let texel = glass_texel(level, low + corner);
-        if texel.w > lit_up_to {
+        if texel.w > glass_limit(level, low + corner, p, lit_up_to, slope) {
             passing += weight * texel.xyz;
             keys += weight * texel.w;
             weights += weight;
@@ -184,7 +207,8 @@ fn through_glass(point: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     let in_light = moved(job.light_from_world, point + normal * (1.2 * job.texel_m));
     let p = (in_light.xy * job.texels_per_m + BORDER) / GLASS_WIDER;
     let key = -in_light.z;
-    let lit_up_to = key + 0.6 * job.texel_m;
+    let slope = key_slope(normal);
+    let lit_up_to = key + 0.6 * job.texel_m + GLASS_CLOSE_M * slope.z;
     let coarse = vec2(light[job.glass_at + 1u], light[job.glass_at + 2u]);
     let block = min(vec2<u32>(max(p, vec2(0.0))) >> vec2(GLASS_NEAR_LEVEL), coarse - 1u);
     let highest = light_f32(light[job.glass_at] + block.y * coarse.x + block.x);
@@ -196,7 +220,7 @@ fn through_glass(point: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     var passing = vec3(0.0);
     for (var k = 0u; k < 3u; k++) {
         let number = min(u32(blur) + select(0u, 1u, k == 2u), GLASS_LEVELS - 1u);
-        let found = glass_about(number, p, lit_up_to, highest);
+        let found = glass_about(number, p, lit_up_to, slope.xy, highest);
         if k == 0u {
             blur = glass_blur(found.w, key);
         } else if k == 1u {

@@ -25,6 +25,8 @@ pub const WIDER: f32 = 2.0;
 pub const NEAR_LEVEL: usize = 4;
 /// Number of levels; the last has texels as wide as the widest penumbra.
 pub const LEVELS: usize = 6;
+/// Glass that is nearer to a surface than this holds it, as that about a drink: it casts no shadow there.
+pub const CLOSE_M: f32 = 0.005;
 /// Share of light that a surface of clear glass takes, and the largest lengthening of the way through it.
 const CLEAR_TAKES: f32 = 0.04;
 const LONGEST_WAY: f32 = 4.0;
@@ -42,6 +44,30 @@ pub struct GlassLevel {
     pub height: usize,
     /// Share of light that passes, by color; and the nearest key, the lowest number where there is no glass.
     pub texels: Vec<Vec4>,
+}
+
+/// Point to which glass may let light pass, in texels of the map of opaque objects.
+#[derive(Clone, Copy)]
+pub struct Receiver {
+    pub x: f32,
+    pub y: f32,
+    pub key: f32,
+    /// Key up to which glass is not in the way, and how much that rises per texel sideways along the surface.
+    pub lit_up_to: f32,
+    pub slope: [f32; 2],
+}
+
+impl Receiver {
+    /// Key above which glass at a texel of some level is in the way: it is above the plane of the surface.
+    #[inline]
+    fn limit(&self, column: i32, row: i32, level: usize) -> f32 {
+        let width = WIDER * (1_u32 << level) as f32;
+        let rise = |slope: f32, texel: i32, at: f32| {
+            slope * ((texel as f32 + 0.5) * width - at) + 0.5 * width * slope.abs()
+        };
+        let rises = rise(self.slope[0], column, self.x) + rise(self.slope[1], row, self.y);
+        self.lit_up_to + rises.max(0.0)
+    }
 }
 
 /// Clear air.
@@ -78,28 +104,27 @@ impl GlassShadow {
         Some(Self { levels, near })
     }
 
-    /// Share of light that reaches a point at a texel position of the map of opaque objects, by color. Glass above
-    /// `lit_up_to` is in the way; the penumbra widens by `spread` texels for each meter from the point's `key`.
-    pub fn passing(&self, [x, y]: [f32; 2], key: f32, lit_up_to: f32, spread: f32) -> Vec3 {
-        let (x, y) = (x / WIDER, y / WIDER);
+    /// Share of light that reaches a point, by color. The penumbra widens by `spread` texels for each meter from it.
+    pub fn passing(&self, point: Receiver, spread: f32) -> Vec3 {
+        let (x, y) = (point.x / WIDER, point.y / WIDER);
         let coarse = &self.levels[NEAR_LEVEL];
         let block = |c: f32, size: usize| (c.max(0.0) as usize >> NEAR_LEVEL).min(size - 1);
         let highest = self.near[block(y, coarse.height) * coarse.width + block(x, coarse.width)];
-        if highest <= lit_up_to {
+        if highest <= point.lit_up_to {
             return Vec3::ONE;
         }
         let level = |above: f32| {
-            let radius = ((above - key) * spread / WIDER).max(1.0);
+            let radius = ((above - point.key) * spread / WIDER).max(1.0);
             radius.log2().min((LEVELS - 1) as f32)
         };
         // The highest glass of the neighborhood need not be what is in the way.
         let at = level(highest);
-        let blocker = self.levels[at as usize].mean_key(x, y, at as usize, lit_up_to).unwrap_or(highest);
+        let blocker = self.levels[at as usize].mean_key(point, at as usize).unwrap_or(highest);
         let at = level(blocker);
         let fine = at as usize;
-        let passing = self.levels[fine].passing(x, y, fine, lit_up_to);
+        let passing = self.levels[fine].passing(point, fine);
         match self.levels.get(fine + 1) {
-            Some(coarser) => passing.lerp(coarser.passing(x, y, fine + 1, lit_up_to), at - fine as f32),
+            Some(coarser) => passing.lerp(coarser.passing(point, fine + 1), at - fine as f32),
             None => passing,
         }
     }
@@ -114,33 +139,38 @@ impl GlassLevel {
         self.texels[y as usize * self.width + x as usize]
     }
 
-    /// The four texels about a position of level 0, and their weights; `level` is the number of this one.
+    /// The four texels about a point, their weights, and whether their glass is in its way; `level` is the number of
+    /// this one.
     #[inline]
-    fn around(&self, x: f32, y: f32, level: usize) -> [(Vec4, f32); 4] {
-        let scale = 1.0 / (1_u32 << level) as f32;
-        let (x, y) = (x * scale - 0.5, y * scale - 0.5);
+    fn around(&self, point: Receiver, level: usize) -> [(Vec4, f32, bool); 4] {
+        let scale = 1.0 / (WIDER * (1_u32 << level) as f32);
+        let (x, y) = (point.x * scale - 0.5, point.y * scale - 0.5);
         let (left, upper) = (imaging::rounding::floor(x), imaging::rounding::floor(y));
         let (tx, ty) = (x - left as f32, y - upper as f32);
+        let texel = |dx: i32, dy: i32, weight: f32| {
+            let texel = self.texel(left + dx, upper + dy);
+            (texel, weight, texel.w > point.limit(left + dx, upper + dy, level))
+        };
         [
-            (self.texel(left, upper), (1.0 - tx) * (1.0 - ty)),
-            (self.texel(left + 1, upper), tx * (1.0 - ty)),
-            (self.texel(left, upper + 1), (1.0 - tx) * ty),
-            (self.texel(left + 1, upper + 1), tx * ty),
+            texel(0, 0, (1.0 - tx) * (1.0 - ty)),
+            texel(1, 0, tx * (1.0 - ty)),
+            texel(0, 1, (1.0 - tx) * ty),
+            texel(1, 1, tx * ty),
         ]
     }
 
-    fn passing(&self, x: f32, y: f32, level: usize, lit_up_to: f32) -> Vec3 {
-        let share = |(texel, weight): (Vec4, f32)| {
-            weight * if texel.w > lit_up_to { texel.truncate() } else { Vec3::ONE }
+    fn passing(&self, point: Receiver, level: usize) -> Vec3 {
+        let share = |(texel, weight, is_in_the_way): (Vec4, f32, bool)| {
+            weight * if is_in_the_way { texel.truncate() } else { Vec3::ONE }
         };
-        self.around(x, y, level).map(share).into_iter().sum()
+        self.around(point, level).map(share).into_iter().sum()
     }
 
-    /// Mean key of what is in the way about a position.
-    fn mean_key(&self, x: f32, y: f32, level: usize, lit_up_to: f32) -> Option<f32> {
+    /// Mean key of what is in the way of a point.
+    fn mean_key(&self, point: Receiver, level: usize) -> Option<f32> {
         let (mut sum, mut weights) = (0.0, 0.0);
-        for (texel, weight) in self.around(x, y, level) {
-            if texel.w > lit_up_to {
+        for (texel, weight, is_in_the_way) in self.around(point, level) {
+            if is_in_the_way {
                 sum += weight * texel.w;
                 weights += weight;
             }
