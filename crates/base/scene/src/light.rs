@@ -23,6 +23,9 @@ pub struct Light {
 }
 
 impl Light {
+    /// Near that of the usual studio and of its rooms for a viewer at the front edge: from the left, above.
+    pub const USUAL: Self = Self { azimuth_rad: -0.7, elevation_rad: 0.9, intensity: 1.0 };
+
     /// Every value that is out of its range.
     pub fn violations(&self) -> Vec<Violation> {
         let mut violations = Violations::default();

@@ -11,6 +11,7 @@ use std::rc::Rc;
 use crate::lexicon::lexicon;
 use crate::nominal::NounPhrase;
 use crate::place::Place;
+use crate::repair::repaired;
 use crate::tokens::{Token, tokens};
 
 /// A reading of the tokens from some index to `end`.
@@ -49,7 +50,10 @@ type Memo<T> = RefCell<BTreeMap<usize, Rc<Vec<Span<T>>>>>;
 /// The parts of one text.
 pub(crate) struct Chart<'a> {
     pub text: &'a str,
+    /// As they are meant: without what the text takes back.
     pub tokens: Vec<Token>,
+    /// Bytes that the text takes back.
+    retracted: Vec<Range<usize>>,
     pub referents: &'a dyn Referents,
     phrases: Memo<NounPhrase>,
     lists: Memo<Vec<NounPhrase>>,
@@ -59,9 +63,11 @@ pub(crate) struct Chart<'a> {
 
 impl<'a> Chart<'a> {
     pub fn new(text: &'a str, referents: &'a dyn Referents) -> Self {
+        let (tokens, repairs) = repaired(text, tokens(text));
         Self {
             text,
-            tokens: tokens(text),
+            tokens,
+            retracted: repairs.into_iter().map(|repair| repair.retracted).collect(),
             referents,
             phrases: Memo::default(),
             lists: Memo::default(),
@@ -81,22 +87,35 @@ impl<'a> Chart<'a> {
         words.join(" ").replace(" 's", "'s")
     }
 
-    /// A range as written.
+    /// A range as written, without what is taken back.
     pub fn written(&self, range: Range<usize>) -> String {
-        match (self.tokens.get(range.start), range.end.checked_sub(1).and_then(|last| self.tokens.get(last)))
-        {
-            (Some(first), Some(last)) if !range.is_empty() => {
-                self.text[first.span.start..last.span.end].to_owned()
-            }
-            _ => String::new(),
+        let bytes = self.bytes(&range);
+        if !self.retracted.iter().any(|gone| gone.start < bytes.end && bytes.start < gone.end) {
+            return self.text[bytes].to_owned();
         }
+        let mut written = String::new();
+        let mut end = None;
+        for token in &self.tokens[range] {
+            if end.is_some_and(|end| end != token.span.start) && token.word != "," {
+                written.push(' ');
+            }
+            written.push_str(&self.text[token.span.clone()]);
+            end = Some(token.span.end);
+        }
+        written
     }
 
-    /// Bytes of a range.
+    /// The part of the text that has a range, with what is taken back within it.
+    pub fn quoted(&self, range: Range<usize>) -> String {
+        self.text[self.bytes(&range)].to_owned()
+    }
+
+    /// Bytes of a range, from the first to the last. A correction puts a word before those that it follows in the text.
     pub fn bytes(&self, range: &Range<usize>) -> Range<usize> {
-        let start = self.tokens.get(range.start).map_or(self.text.len(), |token| token.span.start);
-        let end = range.end.checked_sub(1).and_then(|last| self.tokens.get(last));
-        start..end.map_or(start, |token| token.span.end).max(start)
+        let tokens = self.tokens.get(range.clone()).unwrap_or_default();
+        let start = tokens.iter().map(|token| token.span.start).min().unwrap_or(self.text.len());
+        let end = tokens.iter().map(|token| token.span.end).max();
+        start..end.unwrap_or(start)
     }
 
     /// Number of tokens of each phrase of a class at an index.

@@ -2,7 +2,7 @@
 
 use crate::appearance::Appearance;
 use crate::chart::{Chart, Span};
-use crate::construction::{Act, Construction, Part, RoleKind};
+use crate::construction::{Act, Construction, Means, Part, RoleKind};
 use crate::lexicon::{begins_with, lexicon};
 use crate::measures::{Change, angles_at, changes_at, factors_at};
 use crate::nominal::NounPhrase;
@@ -66,6 +66,8 @@ pub struct Clause {
     pub verbs: Vec<usize>,
     /// Names of roles with what fills them; the name of the main one is empty.
     pub fillers: Vec<(String, Filler)>,
+    /// Values that its words state.
+    pub means: Means,
 }
 
 impl Clause {
@@ -123,6 +125,7 @@ impl Chart<'_> {
                 is_elliptic: !construction.repeats.is_empty(),
                 verbs: found.verbs,
                 fillers: found.fillers,
+                means: construction.means,
             },
         };
         matches.into_iter().map(clause).collect()

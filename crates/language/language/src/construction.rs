@@ -48,6 +48,15 @@ pub enum Act {
     Sort,
     Tidy,
     Clutter,
+    /// Other places for everything.
+    Rearrange,
+    /// Another mesh of the same kind.
+    Remake,
+    /// Another mass or friction.
+    SetPhysics,
+    RestyleTable,
+    Relight,
+    MoveCamera,
     /// Objects are lifted.
     Lift,
     /// All but these, of the clause before.
@@ -63,6 +72,24 @@ pub enum Act {
     Negation,
     Condition,
     Question,
+}
+
+/// Values that the words of a construction state ("dim the lights"). Factors are of what is usual or of what is there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Means {
+    /// Of the light: its direction from the front edge to the right, its height, and its brightness.
+    pub azimuth_deg: Option<f64>,
+    pub elevation_deg: Option<f64>,
+    pub intensity: Option<f64>,
+    /// Of the camera: about the table, counter-clockwise seen from above, and upward.
+    pub turn_deg: Option<f64>,
+    pub raise_deg: Option<f64>,
+    pub distance_factor: Option<f64>,
+    pub focal_factor: Option<f64>,
+    /// Of objects.
+    pub mass_factor: Option<f64>,
+    pub friction_factor: Option<f64>,
 }
 
 /// Kinds of what a construction has open.
@@ -103,6 +130,7 @@ pub(crate) struct Construction {
     pub cost: f64,
     /// Acts of the clause before, where a clause without a verb repeats it.
     pub repeats: Vec<Act>,
+    pub means: Means,
 }
 
 #[derive(Deserialize)]
@@ -120,6 +148,8 @@ struct Entry {
     cost: f64,
     #[serde(default)]
     repeats: Vec<Act>,
+    #[serde(default)]
+    means: Means,
     /// Sentences that it reads, for the tests.
     #[cfg_attr(not(test), allow(dead_code, reason = "only tests read them"))]
     #[serde(default)]
@@ -140,12 +170,13 @@ pub(crate) fn edits() -> &'static [Construction] {
 }
 
 fn compiled(entry: &Entry) -> Vec<Construction> {
-    let Entry { act, patterns, cost, repeats, .. } = entry;
+    let Entry { act, patterns, cost, repeats, means, .. } = entry;
     let one = |pattern: &String| Construction {
         act: *act,
         parts: parts(pattern),
         cost: *cost,
         repeats: repeats.clone(),
+        means: *means,
     };
     patterns.iter().map(one).collect()
 }

@@ -10,6 +10,8 @@
 //!   the operation says "it", which means the objects of the operation before.
 //! - Left and right are as seen from the front edge; forward is toward it. Clockwise is as seen from above and
 //!   negative. "Bigger" is a factor of 1.25, "a bit bigger" 1.1, "much bigger" 1.5; "smaller" is the inverse.
+//! - Light is brighter or darker than the usual one; "from the left" is as seen by the viewer. The camera turns about
+//!   the table, from where it is: "from the left" by a quarter.
 //!
 //! Nothing is dropped: a word without a meaning, a condition, a question, an open choice or an unclear pronoun is an
 //! [`InstructionError`] with the words and what to say instead.
@@ -22,6 +24,7 @@ pub(crate) mod fold;
 mod new_objects;
 mod places;
 mod placing;
+mod surroundings;
 mod targets;
 
 pub use error::{InstructionError, MAX_CHARACTERS, Reason};

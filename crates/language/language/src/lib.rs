@@ -11,6 +11,7 @@ mod measures;
 pub mod vocabulary;
 pub mod nouns;
 pub mod words;
+pub mod repair;
 mod chart;
 pub mod outermost;
 mod nominal;

@@ -208,7 +208,7 @@ impl Chart<'_> {
         }]
     }
 
-    fn bare(&self, tokens: Range<usize>, reference: Reference, quantity: Quantity) -> NounPhrase {
+    pub(crate) fn bare(&self, tokens: Range<usize>, reference: Reference, quantity: Quantity) -> NounPhrase {
         let noun = self.words(tokens.clone());
         let body = tokens.clone();
         let (is_choice, is_rest, is_additional) = (false, false, false);

@@ -9,7 +9,7 @@ use scene::RelationKind;
 use crate::chart::{Chart, Span, cheapest};
 use crate::lexicon::{begins_with, split};
 use crate::measures::length_at;
-use crate::nominal::NounPhrase;
+use crate::nominal::{NounPhrase, Quantity, Reference};
 use crate::vocabulary::vocabulary;
 
 /// A place and its words.
@@ -289,6 +289,7 @@ impl Chart<'_> {
                 }
             }
         }
+        found.extend(self.own_sides(start, distance_m, from));
         // "5 cm from the lamp"
         if distance_m.is_some() {
             for length in self.lengths("from", from) {
@@ -305,6 +306,23 @@ impl Chart<'_> {
             }
         }
         found
+    }
+
+    /// "on its left", "to their right side".
+    fn own_sides(&self, start: usize, distance_m: Option<f64>, from: usize) -> Option<Span<Place>> {
+        if !matches!(self.word(from), "on" | "to" | "at") || !matches!(self.word(from + 1), "its" | "their") {
+            return None;
+        }
+        let relation = match self.word(from + 2) {
+            "left" => RelationKind::LeftOf,
+            "right" => RelationKind::RightOf,
+            _ => return None,
+        };
+        let hand = usize::from(self.word(from + 3) == "hand");
+        let end = from + 3 + hand + usize::from(self.word(from + 3 + hand) == "side");
+        let quantity = if self.word(from + 1) == "its" { Quantity::One } else { Quantity::All };
+        let landmarks = vec![self.bare(from + 1..from + 2, Reference::Pronoun, quantity)];
+        Some(self.place(start, from, end, -0.3, PlaceKind::Related { relation, landmarks, distance_m }))
     }
 
     fn betweens(&self, start: usize, from: usize) -> Vec<Span<Place>> {
@@ -449,7 +467,8 @@ impl Chart<'_> {
                 "side" | "corner" | "end" | "half" | "part" | "area" | "row" | "third" | "sides"
             );
             at += usize::from(is_edge || is_part);
-            at += self.of_table(at);
+            let of_table = self.of_table(at);
+            at += of_table;
             // "to the left" alone is a displacement without a distance.
             let is_open = (x, y) != (0, 0)
                 && matches!(*preposition, "to" | "toward" | "towards")
@@ -465,7 +484,9 @@ impl Chart<'_> {
                 continue;
             }
             let kind = PlaceKind::Region { x, y, is_edge, distance_m };
-            found.push(self.place(start, from, at, 0.0, kind));
+            // "on the left side of the table" is on it.
+            let cost = if of_table > 0 { -0.2 } else { 0.0 };
+            found.push(self.place(start, from, at, cost, kind));
         }
         found
     }

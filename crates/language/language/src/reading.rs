@@ -158,6 +158,12 @@ pub(crate) fn tasks_of<'a>(text: &'a str, referents: &'a dyn Referents) -> (Char
                 | Act::Rename
                 | Act::Tidy
                 | Act::Clutter
+                | Act::Rearrange
+                | Act::Remake
+                | Act::SetPhysics
+                | Act::RestyleTable
+                | Act::Relight
+                | Act::MoveCamera
                 | Act::Likewise
         )
     });

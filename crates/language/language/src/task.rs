@@ -51,7 +51,7 @@ pub fn read(text: &str, referents: &dyn Referents) -> Result<TaskProgram, TaskEr
     for (index, (step, clause)) in fold.steps.iter().zip(&fold.clauses).enumerate() {
         if !is_superseded(step, &fold.steps[index + 1..]) {
             let stated = statements(step).ok_or_else(|| part(clause))?;
-            let words = || chart.written(clause.clone());
+            let words = || chart.quoted(clause.clone());
             goal.extend(stated.into_iter().map(|meaning| Statement { words: words(), meaning }));
         }
     }

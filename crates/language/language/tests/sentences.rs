@@ -151,7 +151,12 @@ fn sentences_written_after_the_first_grammar_are_read_or_refused() {
 
 #[test]
 fn sentences_of_kinds_that_failed_in_use_are_read() {
-    check("sentences_natural.toml", include_str!("sentences_natural.toml"), 22, 22, 0);
+    check("sentences_natural.toml", include_str!("sentences_natural.toml"), 29, 29, 0);
+}
+
+#[test]
+fn sentences_about_light_camera_table_and_masses_are_read() {
+    check("sentences_surroundings.toml", include_str!("sentences_surroundings.toml"), 32, 31, 1);
 }
 
 /// Without the objects of a scene, phrases without an article are new objects, and places at other words than expected

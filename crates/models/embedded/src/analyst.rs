@@ -40,7 +40,7 @@ struct Identity {
 impl SceneAnalyst for EmbeddedAnalyst {
     fn adapter(&self) -> Adapter {
         let identity = Identity { analyst: self.settings.clone(), photograph: self.photograph.identity() };
-        with_catalog(Adapter::new("embedded/grammar", "10", &identity))
+        with_catalog(Adapter::new("embedded/grammar", "11", &identity))
     }
 
     fn describe<'a>(

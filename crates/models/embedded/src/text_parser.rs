@@ -19,6 +19,7 @@ mod phrases;
 mod nouns;
 mod lexicon;
 mod correction;
+mod taken_back;
 mod language;
 mod position_verbs;
 mod account;
@@ -172,7 +173,11 @@ fn describe_with(
     if chars > settings.max_text_chars {
         return Err(DescribeError::TooLong { chars, limit: settings.max_text_chars });
     }
-    let mut source = json_input::read(text).unwrap_or_else(|| Source::read(text));
+    let mut source = json_input::read(text).unwrap_or_else(|| {
+        let mut source = Source::read(text);
+        taken_back::take_back(&mut source);
+        source
+    });
     if source.tokens.is_empty() {
         return Err(DescribeError::Empty);
     }

@@ -75,7 +75,7 @@ pub(super) fn program(chart: &Chart, reading: &Reading) -> Outcome<EditProgram> 
         if chart.word(unread.start) == "or" {
             return Err(fold.error(unread, Reason::Alternative));
         }
-        let why = "say one change at a time: add, remove, replace, swap, move, turn, resize, recolor, rename, stack, line up, sort or tidy";
+        let why = "say one change at a time: add, remove, replace, swap, move, turn, resize, recolor, rename, stack, line up, sort, tidy or rearrange objects, or change their weight, the light or the camera";
         return Err(fold.error(unread, Reason::NotUnderstood(why)));
     }
     for clause in &reading.clauses {
@@ -99,7 +99,7 @@ pub(super) fn program(chart: &Chart, reading: &Reading) -> Outcome<EditProgram> 
             Step::Away { .. } => return fold.refuse(Reason::HowFar),
             Step::Lift { .. } => continue,
         };
-        statements.push(Statement { words: chart.written(clause), meaning });
+        statements.push(Statement { words: chart.quoted(clause), meaning });
     }
     let whole = 0..chart.tokens.len();
     if statements.is_empty() {
@@ -113,7 +113,7 @@ pub(super) fn program(chart: &Chart, reading: &Reading) -> Outcome<EditProgram> 
 pub(crate) fn asides(chart: &Chart, reading: &Reading) -> Vec<String> {
     let is_aside = |clause: &&Clause| matches!(clause.act, Act::Aside | Act::Mention | Act::Keep);
     let clauses = reading.clauses.iter().filter(is_aside);
-    clauses.map(|clause| chart.written(clause.start..clause.end)).collect()
+    clauses.map(|clause| chart.quoted(clause.start..clause.end)).collect()
 }
 
 /// The phrase of objects on or in another one.
@@ -164,7 +164,7 @@ impl Fold<'_, '_> {
     }
 
     pub fn error(&self, tokens: &Range<usize>, reason: Reason) -> InstructionError {
-        let (span, words) = (self.chart.bytes(tokens), self.chart.written(tokens.clone()));
+        let (span, words) = (self.chart.bytes(tokens), self.chart.quoted(tokens.clone()));
         InstructionError { words, span, reason }
     }
 
@@ -200,6 +200,12 @@ impl Fold<'_, '_> {
             Act::LineUp | Act::LineUpInDepth | Act::Sort => self.arrange(clause),
             Act::Tidy => self.tidy(),
             Act::Clutter => self.clutter(clause),
+            Act::Rearrange => self.rearrange(),
+            Act::Remake => self.remake(clause),
+            Act::SetPhysics => self.set_physics(clause),
+            Act::RestyleTable => self.restyle_table(clause),
+            Act::Relight => self.relight(clause),
+            Act::MoveCamera => self.move_camera(clause),
             Act::Except => self.except(clause),
             Act::Likewise => self.likewise(clause),
             Act::Aside => Ok(()),

@@ -152,6 +152,13 @@ impl Fold<'_, '_> {
                 _ => error(self, Reason::UnclearPronoun),
             };
         }
+        if let Some(topic) = self.discourse.topic.as_ref().filter(|topic| !topic.is_stale)
+            && let [each] = topic.phrases.as_slice()
+            && is_each(each)
+            && landmark.quantity == Quantity::One
+        {
+            return Ok(each.clone());
+        }
         let known = self.discourse.landmark.clone();
         if let Some((_, phrase)) = known.filter(|_| is_elliptic) {
             // "a glass behind the plate and some grapes on it": on the glass, or on the plate?

@@ -16,7 +16,13 @@ use crate::vocabulary::vocabulary;
 impl Fold<'_, '_> {
     /// New objects are made, existing ones moved.
     pub fn put(&mut self, clause: &Clause) -> Outcome<()> {
-        let phrases = clause.objects("");
+        // "every plate gets a fork on its left": the place is about the plate.
+        let received = clause.objects("new");
+        if !received.is_empty() {
+            let receivers = self.targets(clause.objects(""))?;
+            self.now_about(receivers, Changes::Nothing);
+        }
+        let phrases = if received.is_empty() { clause.objects("") } else { received };
         // "it needs to come off the tray and be put behind it"
         let it = [self.topic_phrase()];
         let phrases = if phrases.is_empty() { it.as_slice() } else { phrases };
