@@ -252,6 +252,12 @@ impl Chart<'_> {
                 after += 1;
             }
             found.push(Opening { is_additional, ..plain(after, reference, Some(quantity)) });
+            // "all four plates"
+            if quantity == Quantity::All
+                && let Some((_, length)) = number_at(&self.tokens, after)
+            {
+                found.push(plain(after + length, reference, Some(quantity)));
+            }
             let of = usize::from(self.word(after) == "of");
             if let Some(length) = definite(after + of) {
                 let is_choice =

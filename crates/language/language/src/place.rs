@@ -147,6 +147,10 @@ const DIRECTIONS: &[(&[&str], DVec2)] = &[
 /// Beginnings that say that something goes there.
 const GOALS: &[&str] = &["to", "onto", "into", "over", "towards", "toward", "back", "up"];
 
+/// Arrangements, at which nothing can be: "in a circle".
+const SHAPES: &[&str] =
+    &["circle", "ring", "semicircle", "triangle", "grid", "pyramid", "single row", "single line"];
+
 /// Words of "next to" that are rarely that: a place is meant where nothing else fits.
 const WEAK: &[&str] = &["at", "to", "over", "by", "up"];
 
@@ -273,7 +277,14 @@ impl Chart<'_> {
             for length in self.lengths(class, from) {
                 let weak = *relation == RelationKind::NextTo && WEAK.contains(&self.word(from + length - 1));
                 let price = if weak { 0.9 } else { 0.0 };
+                let is_shape = |phrase: &NounPhrase| {
+                    phrase.reference == Reference::Indefinite
+                        && SHAPES.contains(&self.words(phrase.body.clone()).as_str())
+                };
                 for span in self.lists_at(from + length).iter() {
+                    if span.value.iter().any(is_shape) {
+                        continue;
+                    }
                     let is_part =
                         |phrase: &NounPhrase| PARTS.contains(&phrase.noun.rsplit(' ').next().unwrap_or(""));
                     let several = if span.value.len() > 1 { 1.0 } else { 0.0 };
@@ -372,6 +383,9 @@ impl Chart<'_> {
     fn fixed(&self, start: usize, from: usize) -> Vec<Span<Place>> {
         const FIXED: &[(&str, PlaceKind)] = &[
             ("there", PlaceKind::There),
+            ("where it was", PlaceKind::There),
+            ("where they were", PlaceKind::There),
+            ("where it used to be", PlaceKind::There),
             ("in its place", PlaceKind::There),
             ("in their place", PlaceKind::There),
             ("to the same place", PlaceKind::There),
@@ -456,9 +470,14 @@ impl Chart<'_> {
             }
             let mut at = from + words.len();
             at += usize::from(self.longest("definite", at).is_some());
-            while matches!(self.word(at), "very" | "far" | "exact" | "outer" | "own") {
+            let before = at;
+            while matches!(self.word(at), "very" | "exact" | "outer" | "own")
+                || (self.word(at) == "far" && !self.is_far_corner(at))
+            {
                 at += 1;
             }
+            // "to the far left" is a place.
+            let is_far = at > before;
             let Some(((x, y), sides)) = self.sides(at) else { continue };
             at += sides;
             let is_edge = matches!(self.word(at), "edge" | "border" | "rim" | "edges");
@@ -473,7 +492,8 @@ impl Chart<'_> {
             let is_open = (x, y) != (0, 0)
                 && matches!(*preposition, "to" | "toward" | "towards")
                 && !is_edge
-                && !is_part;
+                && !is_part
+                && !is_far;
             if distance_m.is_some() && !is_edge && !matches!(*preposition, "from" | "away from" | "in from") {
                 continue;
             }
@@ -489,6 +509,14 @@ impl Chart<'_> {
             found.push(self.place(start, from, at, cost, kind));
         }
         found
+    }
+
+    /// "far left corner": far from the viewer, unlike in "the far left".
+    fn is_far_corner(&self, at: usize) -> bool {
+        let hand = usize::from(self.word(at + 2) == "hand");
+        self.word(at) == "far"
+            && matches!(self.word(at + 1), "left" | "right")
+            && self.word(at + 2 + hand) == "corner"
     }
 
     /// The number of tokens of "of the table".
@@ -521,10 +549,13 @@ impl Chart<'_> {
             "right" | "righthand" => Some((1, 0)),
             "front" | "near" => Some((0, -1)),
             "back" | "rear" => Some((0, 1)),
+            // Elsewhere "far" is no side.
+            "far" => Some((0, 1)),
             "middle" | "center" | "centre" => Some((0, 0)),
             _ => None,
         };
-        let (mut x, mut y) = side(self.word(at))?;
+        let (mut x, mut y) =
+            side(self.word(at)).filter(|_| self.word(at) != "far" || self.is_far_corner(at))?;
         let mut length = 1;
         loop {
             length += usize::from(self.word(at + length) == "hand");

@@ -117,7 +117,8 @@ fn is_close(a: &serde_json::Value, b: &serde_json::Value) -> bool {
         }
         // "vase" is "the vase".
         (Value::String(a), Value::String(b)) => {
-            a.strip_prefix("the ").unwrap_or(a) == b.strip_prefix("the ").unwrap_or(b)
+            let (a, b) = (a.to_lowercase(), b.to_lowercase());
+            a.strip_prefix("the ").unwrap_or(&a) == b.strip_prefix("the ").unwrap_or(&b)
         }
         (Array(a), Array(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| is_close(a, b)),
         (Object(a), Object(b)) => {
@@ -151,7 +152,7 @@ fn sentences_written_after_the_first_grammar_are_read_or_refused() {
 
 #[test]
 fn sentences_of_kinds_that_failed_in_use_are_read() {
-    check("sentences_natural.toml", include_str!("sentences_natural.toml"), 29, 29, 0);
+    check("sentences_natural.toml", include_str!("sentences_natural.toml"), 33, 33, 0);
 }
 
 #[test]
@@ -176,6 +177,7 @@ fn spoiled_sentences_are_read_or_refused() {
         include_str!("sentences_fresh_1.toml"),
         include_str!("sentences_fresh_2.toml"),
         include_str!("sentences_fresh_3.toml"),
+        include_str!("sentences_fresh_4.toml"),
     ];
     let mut state = 1_u64;
     let mut draw = |below: usize| {
@@ -231,4 +233,9 @@ fn sentences_of_a_second_writer_are_read_no_worse_than_before() {
 #[test]
 fn sentences_of_a_third_writer_are_read_no_worse_than_before() {
     check("sentences_fresh_3.toml", include_str!("sentences_fresh_3.toml"), 20, 15, 1);
+}
+
+#[test]
+fn sentences_of_a_fourth_writer_are_read_no_worse_than_before() {
+    check("sentences_fresh_4.toml", include_str!("sentences_fresh_4.toml"), 20, 18, 1);
 }

@@ -301,6 +301,15 @@ impl Fold<'_, '_> {
     }
 
     fn keep(&mut self, clause: &Clause) -> Outcome<()> {
+        // Only what is there can stay: "not blue, and a stand" keeps nothing.
+        let is_new = |phrase: &&NounPhrase| {
+            phrase.reference == Reference::Indefinite && self.chart.resolves(&phrase.tokens) != Some(true)
+        };
+        if let Some(new) = clause.objects("").iter().find(is_new) {
+            return Err(
+                self.error(&new.tokens, Reason::NotUnderstood("name the objects that stay as they are"))
+            );
+        }
         let targets = self.targets(clause.objects(""))?;
         self.discourse.kept.extend(targets.iter().map(|target| target.phrase.clone()));
         self.now_about(targets, Changes::Nothing);
