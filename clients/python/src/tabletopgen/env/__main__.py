@@ -8,6 +8,9 @@
     python -m tabletopgen.env replay ROLLOUT EPISODE
     python -m tabletopgen.env sensitivity ROLLOUT [ROLLOUT ...] --out FOLDER
     python -m tabletopgen.env counterexamples FOLDER --scene BUNDLE --policy POLICY --out SEARCH
+    python -m tabletopgen.env suite build FILE --out SUITE
+    python -m tabletopgen.env suite run SUITE --policy POLICY --trained-on TEXT --out RESULT
+    python -m tabletopgen.env suite leaderboard SUITE RESULT [RESULT ...] --out FILE
 
 `prepare` writes the folder of an environment. `check` moves the objects by script from each start, and ends with exit
 code 1 where the task is broken. `repeat` repeats the recorded actions. Both print one line of JSON for each start.
@@ -15,7 +18,7 @@ code 1 where the task is broken. `repeat` repeats the recorded actions. Both pri
 its successes; it prints a line of JSON for each, and then the count. `replay` runs one of them again, and ends with
 exit code 1 where it is not the same. `sensitivity` names the factors that explain failures.
 `counterexamples` searches for the smallest changes of a scene that make a policy fail, and prints a line of JSON for
-each scene that it makes.
+each scene that it makes. `suite` freezes many environments as a benchmark, runs policies in it, and orders results.
 """
 
 from __future__ import annotations
@@ -41,6 +44,7 @@ from tabletopgen.env.rollout import rollout
 from tabletopgen.env.rollout_replay import replay
 from tabletopgen.env.scene_env import SceneEnv
 from tabletopgen.env.sensitivity import sensitivity
+from tabletopgen.env.suite_commands import add_suite, suite
 from tabletopgen.env.task_check import TaskCheck
 from tabletopgen.errors import TabletopgenError
 
@@ -77,6 +81,7 @@ def parser() -> argparse.ArgumentParser:
     published.add_argument("--out", type=Path, required=True)
     add_rollout(commands)
     add_search(commands)
+    add_suite(commands, add_running)
     replayed = commands.add_parser("replay", help="run an episode of a rollout again by its recorded actions")
     replayed.add_argument("rollout", type=Path, help="the folder of --out of `rollout`")
     replayed.add_argument("episode", type=int)
@@ -93,10 +98,15 @@ def add_rollout(commands: Any) -> None:
     rolled = commands.add_parser("rollout", help="run episodes of a policy")
     rolled.add_argument("environments", type=Path, nargs="+", metavar="folder", help="folders that `prepare` wrote")
     rolled.add_argument("--episodes", type=int, help="in all environments together; each start once if absent")
-    rolled.add_argument("--workers", type=int, default=1, help="processes")
-    rolled.add_argument("--videos", type=int, default=0, help="the first so many episodes as animated images")
-    rolled.add_argument("--seed", type=int, default=0, help="of the order of starts, and of what policies draw by chance")
-    add_policy(rolled)
+    add_running(rolled)
+
+
+def add_running(command: Any) -> None:
+    """The arguments of what runs a policy in given environments."""
+    command.add_argument("--workers", type=int, default=1, help="processes")
+    command.add_argument("--videos", type=int, default=0, help="the first so many episodes as animated images")
+    command.add_argument("--seed", type=int, default=0, help="of the order of starts, and of what policies draw by chance")
+    add_policy(command)
 
 
 def add_search(commands: Any) -> None:
@@ -140,6 +150,7 @@ def main(words: Sequence[str] | None = None) -> int:
         "replay": replayed,
         "sensitivity": explained,
         "counterexamples": searched,
+        "suite": suite_step,
     }
     try:
         return run[given.pop("command")](**given)
@@ -240,6 +251,17 @@ def print_scene(record: Mapping[str, Any]) -> None:
     """Prints what a scene came to."""
     names = ("scene", "outcome", "change", "distance", "reason")
     print(json.dumps({name: record[name] for name in names if name in record}), flush=True)
+
+
+def suite_step(out: Path, **given: Any) -> int:
+    if "rename" in given:
+        given |= {"rename": renamed(given["rename"]), "finished": print_finished}
+    try:
+        suite(out=out, **given)
+    except KeyboardInterrupt:
+        print(f"stopped; what is finished is kept in {out}, and the same command continues", file=sys.stderr)
+        return STOPPED
+    return 0
 
 
 if __name__ == "__main__":
