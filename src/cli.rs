@@ -13,6 +13,7 @@ pub mod foreground;
 pub mod local_job;
 pub mod generate;
 pub mod bundle_input;
+mod bundle_meshes;
 pub mod input_file;
 mod instructions;
 pub mod edit;
@@ -20,6 +21,7 @@ pub mod variants;
 pub mod tasks;
 pub mod execute;
 pub mod episodes;
+mod evaluate;
 pub mod regenerate_episode;
 pub mod judge;
 pub mod diff;
@@ -121,6 +123,11 @@ enum Command {
         after_help = "Example: tabletopgen render --bundle out/desk --quality reference --samples 256 --out desk.png"
     )]
     Render(render::Arguments),
+    /// Compare finished scenes with the images that they were made from, by the paper's measures.
+    #[command(
+        after_help = "Example: tabletopgen evaluate scenes.json --weights weights --out evaluation.json --html evaluation.html"
+    )]
+    Evaluate(evaluate::Arguments),
     /// Make many scenes from one file of requests or from a recipe, without a server.
     #[command(after_help = "Example: tabletopgen batch requests.jsonl --out out/requests")]
     Batch(batch::Arguments),
@@ -211,6 +218,7 @@ fn command(command: Command) -> Result<Exit, Failure> {
         Command::Judge(arguments) => judge::run(arguments),
         Command::Diff(arguments) => diff::run(arguments),
         Command::Render(arguments) => render::run(arguments),
+        Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Batch(arguments) => batch::run(arguments),
         Command::Parse(arguments) => parse::run(arguments),
         Command::Dataset(arguments) => dataset::run(arguments),

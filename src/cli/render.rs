@@ -10,6 +10,7 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use super::bundle_input::BundleInput;
+use super::bundle_meshes::bundle_meshes;
 use super::counting::Counting;
 use super::foreground::computed;
 use super::options::ConfigOptions;
@@ -20,7 +21,6 @@ use crate::pipeline::preview::{PreviewBody, Studio, Viewpoint};
 use geometry::{Pose, TexturedMesh};
 use imaging::Image;
 use imaging::codec::encode_png;
-use mesh_io::gltf::read_mesh_glb;
 use render::{PathTraceSettings, PathTracer, RenderSettings};
 use scene::Scene;
 
@@ -171,16 +171,7 @@ fn name_of(value: impl ValueEnum) -> String {
 
 fn contents(bundle: &BundleInput) -> Result<Contents, Failure> {
     let scene = bundle.scene()?;
-    let objects = scene.instances.iter().map(|object| (object.mesh.as_str(), object.world_from_object));
-    let meshes = std::iter::once((scene.table.mesh.as_str(), Pose::IDENTITY))
-        .chain(objects)
-        .map(|(mesh, pose)| {
-            let read = read_mesh_glb(&bundle.file(mesh)?);
-            let unreadable =
-                |error| Failure::usage(format!("cannot read the mesh {mesh} of the bundle: {error}"));
-            Ok((read.map_err(unreadable)?, pose))
-        })
-        .collect::<Result<_, Failure>>()?;
+    let meshes = bundle_meshes(bundle, &scene)?;
     Ok(Contents { scene, meshes })
 }
 

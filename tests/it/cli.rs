@@ -7,6 +7,7 @@ mod own_categories;
 mod messages;
 mod edits;
 mod episodes;
+mod evaluations;
 mod executions;
 mod foreground;
 mod keys;

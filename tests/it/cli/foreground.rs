@@ -2,8 +2,8 @@
 
 use std::io::Read;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 use serde_json::Value;
 
@@ -23,17 +23,6 @@ fn run(directory: &Path, arguments: &[&str]) -> Output {
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Waits until the process handles SIGTERM itself.
-fn wait_for_handlers(process: &Child) {
-    const TERMINATE: u64 = 1 << 14;
-    let until = Instant::now() + Duration::from_secs(60);
-    let handled = || signals::mask(&process.id().to_string(), "SigCgt").unwrap_or(0);
-    while handled() & TERMINATE == 0 {
-        assert!(Instant::now() < until, "the process never handles SIGTERM");
-        std::thread::sleep(Duration::from_millis(20));
-    }
 }
 
 #[test]
@@ -71,7 +60,7 @@ fn tasks_and_executions_show_their_stages_and_end_by_signals() {
         let arguments = if signal == "-HUP" { &tasks } else { &execute };
         let mut process =
             command(at, arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("starts");
-        wait_for_handlers(&process);
+        signals::wait_for_handlers(&process);
         std::thread::sleep(Duration::from_millis(300));
         let sent = Command::new("kill").args([signal, &process.id().to_string()]).status().expect("kill");
         assert!(sent.success());

@@ -82,7 +82,7 @@ fn what_is_no_bundle_is_named_by_every_command_that_reads_one() {
 #[test]
 fn documents_that_will_not_do_are_named_with_what_they_should_be() {
     let home = mistakes();
-    let commands: [(&[&str], &str, &str); 6] = [
+    let commands: [(&[&str], &str, &str); 7] = [
         (
             &["edit", "--bundle", "scene", "--out", "new", "--operations"],
             "the operations",
@@ -95,6 +95,7 @@ fn documents_that_will_not_do_are_named_with_what_they_should_be() {
             "`tasks --out`",
         ),
         (&["judge", "--bundle", "scene", "--state", "other.json", "--task"], "the task", "`tasks --out`"),
+        (&["evaluate", "--out", "new.json"], "the list of scenes", "give a file such as"),
         (
             &["episodes", "--bundle", "scene", "--count", "1", "--out", "new", "--task", "x", "--cameras"],
             "the list of cameras",

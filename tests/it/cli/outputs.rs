@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 
 use super::edits::bundle;
+use super::signals;
 
 fn command(home: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tabletopgen"));
@@ -42,7 +43,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 /// Commands that write, with the option of their output last.
-const WRITERS: [(&[&str], Writes); 13] = [
+const WRITERS: [(&[&str], Writes); 14] = [
     (&["generate", "--text", "a mug", "--out"], Writes::Folder { can_be_forced: true }),
     (
         &["edit", "--bundle", "desk", "--text", "tidy the table", "--out"],
@@ -66,6 +67,7 @@ const WRITERS: [(&[&str], Writes); 13] = [
     (&["backup", "--data-dir", "data"], Writes::Folder { can_be_forced: false }),
     (&["diff", "desk", "other", "--image"], Writes::File),
     (&["render", "--bundle", "desk", "--out"], Writes::File),
+    (&["evaluate", "scenes.json", "--out"], Writes::File),
     (&["dataset", "stats", "frozen", "--html"], Writes::File),
     (&["catalog", "check", "own.toml", "--sheet"], Writes::File),
 ];
@@ -85,6 +87,7 @@ fn with_inputs() -> tempfile::TempDir {
     std::fs::create_dir(at("frozen")).unwrap();
     std::fs::write(at("frozen/dataset.json"), "{}").unwrap();
     std::fs::write(at("own.toml"), "category = []").unwrap();
+    std::fs::write(at("scenes.json"), r#"{"scenes": [{"name": "desk", "bundle": "desk"}]}"#).unwrap();
     std::fs::write(at("requests.jsonl"), r#"{"custom_id": "a", "body": {"text": "a mug"}}"#).unwrap();
     home
 }
@@ -213,7 +216,7 @@ fn a_scene_is_replaced_when_forced_and_survives_what_fails() {
     assert_eq!(run(at, &unknown).status.code(), Some(4));
     let mut stopped =
         command(at, &with("2", &["--force"])).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(300));
+    signals::wait_for_handlers(&stopped);
     let sent = Command::new("kill").args(["-INT", &stopped.id().to_string()]).status().unwrap();
     assert!(sent.success());
     let begun = Instant::now();

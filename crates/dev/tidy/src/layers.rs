@@ -59,6 +59,12 @@ pub const CRATES: &[Layer] = &[
     layer("certificate", &["geometry", "scene"], PURE),
     // Of the domain types it takes the support tree alone.
     layer("physics", &["geometry", "runtime", "scene"], PURE),
+    // Of certificates it takes what they state; it measures only images.
+    layer(
+        "evaluation",
+        &["certificate", "geometry", "imaging", "markup", "render", "runtime", "scene", "vision"],
+        PURE,
+    ),
     layer("language", &["catalog", "geometry", "scene"], PURE),
     layer("editing", &["catalog", "geometry", "language", "physics", "runtime", "scene"], PURE),
     layer("batches", &["runtime", "scene"], PURE),

@@ -17,10 +17,10 @@ pub struct Tabletop {
     pub color: Vec3,
 }
 
-/// Height below the highest point of a table within which a surface counts as its top, meters.
-const TOP_DEPTH_M: f64 = 0.05;
-
 impl Tabletop {
+    /// Height below the highest point of a table within which a surface counts as its top, meters.
+    pub const TOP_DEPTH_M: f64 = 0.05;
+
     /// The upward surface at the top of an object: height and color are means over its area.
     pub fn of(object: &RenderObject) -> Self {
         let mesh = object.mesh;
@@ -38,7 +38,7 @@ impl Tabletop {
                 let [a, b, c] = triangle.map(|v| points[v as usize]);
                 let across = (b - a).cross(c - a);
                 let z = (a.z + b.z + c.z) / 3.0;
-                if across.z > 0.9 * across.length() && z > high.z - TOP_DEPTH_M {
+                if across.z > 0.9 * across.length() && z > high.z - Self::TOP_DEPTH_M {
                     of_group += 0.5 * across.z;
                     height += 0.5 * across.z * z;
                 }

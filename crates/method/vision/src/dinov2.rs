@@ -17,18 +17,19 @@
 //! Cost: about 12 GFLOP an image with ViT-S/14 (a second of one core), 46 with ViT-B/14.
 
 mod architecture;
-mod bicubic;
 mod error;
 mod input;
 mod layer;
 mod position;
 
 use candle_core::{Device, Tensor};
-use candle_nn::{LayerNorm, Linear, Module};
+use candle_nn::{LayerNorm, Module};
 
 use crate::network_weights::NetworkWeights;
+use crate::patch_projection::{PatchProjection, Pixels};
+use crate::unit_length::to_unit_length;
 use imaging::Image;
-use layer::{TransformerLayer, layer_norm};
+use layer::TransformerLayer;
 use runtime::CancelFlag;
 
 pub use architecture::Dinov2Architecture;
@@ -41,7 +42,7 @@ pub const SIDE_PX: usize = 224;
 /// A model with its weights.
 pub struct Dinov2 {
     architecture: Dinov2Architecture,
-    patch_projection: Linear,
+    patch_projection: PatchProjection,
     /// 1 x hidden.
     class_token: Tensor,
     /// 1 x hidden.
@@ -50,13 +51,6 @@ pub struct Dinov2 {
     positions: Vec<f32>,
     layers: Vec<TransformerLayer>,
     norm: LayerNorm,
-}
-
-/// Normalized colors, channel by channel, each row-major from the top.
-struct Pixels {
-    rgb: Vec<f32>,
-    height_px: usize,
-    width_px: usize,
 }
 
 impl Dinov2 {
@@ -71,11 +65,8 @@ impl Dinov2 {
         let hidden = architecture.hidden_size;
         let patch = architecture.patch_size;
         let grid = architecture.stored_grid();
-        let kernel = "embeddings.patch_embeddings.projection.weight";
-        let patch_projection = Linear::new(
-            weights.shaped(kernel, &[hidden, 3, patch, patch])?.reshape((hidden, 3 * patch * patch))?,
-            Some(weights.shaped("embeddings.patch_embeddings.projection.bias", &[hidden])?),
-        );
+        let projection = "embeddings.patch_embeddings.projection";
+        let patch_projection = PatchProjection::read(&weights, projection, patch, hidden, true)?;
         let class_token = weights.shaped("embeddings.cls_token", &[1, 1, hidden])?.reshape((1, hidden))?;
         let stored = "embeddings.position_embeddings";
         let stored = weights.shaped(stored, &[1, 1 + grid * grid, hidden])?.squeeze(0)?;
@@ -88,7 +79,7 @@ impl Dinov2 {
             class_position: stored.narrow(0, 0, 1)?,
             positions: stored.narrow(0, 1, grid * grid)?.flatten_all()?.to_vec1()?,
             layers,
-            norm: layer_norm(&weights, "layernorm", &architecture)?,
+            norm: weights.layer_norm("layernorm", hidden, architecture.layer_norm_eps)?,
             architecture,
         })
     }
@@ -112,26 +103,18 @@ impl Dinov2 {
         let Some(pixels) = input::pixels(image, self.side_px()) else {
             return Ok(vec![0.0; self.architecture.hidden_size]);
         };
-        let mut features = self.class_token(&pixels, cancel)?;
-        let length = features.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt();
-        if !length.is_finite() || length < 1e-12 {
-            return Err(Dinov2Error::NotFinite);
-        }
-        features.iter_mut().for_each(|v| *v = (f64::from(*v) / length) as f32);
-        Ok(features)
+        to_unit_length(self.class_token(&pixels, cancel)?).ok_or(Dinov2Error::NotFinite)
     }
 
     /// The class token after the final layer norm; both sides of the input must be multiples of the patch size.
     fn class_token(&self, pixels: &Pixels, cancel: &CancelFlag) -> Result<Vec<f32>, Dinov2Error> {
         let patch = self.architecture.patch_size;
         let (rows, columns) = (pixels.height_px / patch, pixels.width_px / patch);
-        let colors = Tensor::from_slice(&pixels.rgb, (3, rows, patch, columns, patch), &Device::Cpu)?;
-        let patches = colors.permute((1, 3, 0, 2, 4))?.reshape((rows * columns, 3 * patch * patch))?;
         let positions = self.positions(rows, columns);
         let positions =
             Tensor::from_vec(positions, (rows * columns, self.architecture.hidden_size), &Device::Cpu)?;
         let class_token = (&self.class_token + &self.class_position)?;
-        let patches = (self.patch_projection.forward(&patches)? + positions)?;
+        let patches = (self.patch_projection.forward(pixels)? + positions)?;
         let mut tokens = Tensor::cat(&[class_token, patches], 0)?;
         for layer in &self.layers {
             cancel.check()?;

@@ -5,7 +5,8 @@
 //! catalog categories, with the guesses of the [`object_recognizer`]. [`VisionError`] names what was not found.
 //!
 //! Features of images: [`descriptor`] is the classical form of `Phi`, [`dinov2`] the learned one with given weights.
-//! [`image_similarity`] compares a scene with its reference image.
+//! [`image_similarity`] compares a scene with its reference image. [`lpips`] is the perceptual distance of two images,
+//! [`clip`] gives features of what an image means, both with given weights.
 //!
 //! Masks: [`mask_repair`] regrows eroded masks, [`occluded_by_shape`] and [`occluded_by_convexity`] complete occluded
 //! ones, [`chroma_key`] removes uniform backgrounds, [`mask_registration`] aligns a regenerated object with its visible
@@ -42,11 +43,21 @@ mod reading;
 mod instance_segmentation;
 pub mod category_fit;
 pub mod descriptor;
-pub mod dinov2;
 mod network_weights;
+mod unit_length;
+mod bicubic;
+mod resized_image;
+mod patch_projection;
+mod attention;
+mod config_json;
+pub mod dinov2;
+pub mod clip;
+pub mod lpips;
 mod image_encoder;
 pub mod table_network;
 pub mod object_recognizer;
+#[cfg(test)]
+mod golden;
 
 pub use error::VisionError;
 pub use image_encoder::ImageEncoder;
@@ -59,4 +70,5 @@ pub use measured_depth::{DepthDoubt, DepthUse};
 pub use network_weights::{NetworkError, NetworkWeightsError};
 pub use occlusion::{attached_component, occluded_by_convexity, occluded_by_shape};
 pub use reading::{ImageReading, ObjectReading, TableReading, TopShape};
+pub use resized_image::resized;
 pub use shape_fit::{BasePrior, PosedPrimitive, Posture, PrimitiveKind, ShapePrior, fit_solid};

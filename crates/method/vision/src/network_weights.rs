@@ -2,6 +2,7 @@
 
 use candle_core::safetensors::BufferedSafetensors;
 use candle_core::{DType, Device, Tensor};
+use candle_nn::{LayerNorm, Linear};
 
 use runtime::Cancelled;
 
@@ -97,6 +98,31 @@ impl NetworkWeights {
             return Err(NetworkWeightsError::Shape { tensor: tensor.to_owned(), found, expected });
         }
         Ok(values)
+    }
+
+    /// The linear layer of `<name>.weight` (outputs x inputs) and, with a bias, `<name>.bias` (outputs).
+    pub(crate) fn linear(
+        &self,
+        name: &str,
+        inputs: usize,
+        outputs: usize,
+        has_bias: bool,
+    ) -> Result<Linear, NetworkWeightsError> {
+        let weight = self.shaped(&format!("{name}.weight"), &[outputs, inputs])?;
+        let bias = has_bias.then(|| self.vector(&format!("{name}.bias"), outputs)).transpose()?;
+        Ok(Linear::new(weight, bias))
+    }
+
+    /// The layer norm of `<name>.weight` and `<name>.bias`, over the last dimension of that width.
+    pub(crate) fn layer_norm(
+        &self,
+        name: &str,
+        width: usize,
+        epsilon: f64,
+    ) -> Result<LayerNorm, NetworkWeightsError> {
+        let weight = self.vector(&format!("{name}.weight"), width)?;
+        let bias = self.vector(&format!("{name}.bias"), width)?;
+        Ok(LayerNorm::new(weight, bias, epsilon))
     }
 
     /// The text of a tensor of UTF-8 bytes.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SIDE_PX;
 use super::error::Dinov2WeightsError;
+use crate::config_json::{unfit_epsilon, unfit_sizes};
 
 /// Keys of `config.json`, under their names there; other keys do not change the computation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,26 +62,20 @@ impl Dinov2Architecture {
                 return Some(format!("{key} is {found:?}; only {known:?} is known"));
             }
         }
-        for (key, found, low, high) in [
+        let ranges = [
             ("hidden_size", self.hidden_size, 1, 8192),
             ("num_hidden_layers", self.num_hidden_layers, 1, 256),
             ("num_attention_heads", self.num_attention_heads, 1, self.hidden_size),
             ("num_channels", self.num_channels, 3, 3),
             ("patch_size", self.patch_size, 1, SIDE_PX),
             ("image_size", self.image_size, self.patch_size, 8192),
-        ] {
-            if !(low..=high).contains(&found) {
-                return Some(format!("{key} is {found}, outside {low} to {high}"));
-            }
-        }
-        if !self.hidden_size.is_multiple_of(self.num_attention_heads) {
-            let (size, heads) = (self.hidden_size, self.num_attention_heads);
-            return Some(format!("hidden_size = {size} cannot be shared by num_attention_heads = {heads}"));
+        ];
+        if let Some(reason) = unfit_sizes(&ranges, self.hidden_size, self.num_attention_heads) {
+            return Some(reason);
         }
         if !(0.1..=64.0).contains(&self.mlp_ratio) {
             return Some(format!("mlp_ratio is {}, outside 0.1 to 64", self.mlp_ratio));
         }
-        let sound = (0.0..1.0).contains(&self.layer_norm_eps);
-        (!sound).then(|| format!("layer_norm_eps is {}, outside 0 to 1", self.layer_norm_eps))
+        unfit_epsilon(self.layer_norm_eps)
     }
 }

@@ -5,9 +5,9 @@
 //! padding is exactly 0. The reference crops the center of the image instead; here nothing at the rim is lost.
 //! Colors of transparent pixels do not count.
 
-use super::Pixels;
-use super::bicubic::antialiased;
+use crate::bicubic::antialiased;
 use crate::image_encoder::{MEAN, normalized};
+use crate::patch_projection::Pixels;
 use imaging::Image;
 
 /// The normalized square; `None` if nothing is opaque.

@@ -2,21 +2,17 @@
 //! value and added to its input. Tokens are rows.
 
 use candle_core::{D, Result, Tensor};
-use candle_nn::ops::softmax_last_dim;
 use candle_nn::{LayerNorm, Linear, Module};
 
 use super::architecture::Dinov2Architecture;
 use super::error::Dinov2WeightsError;
+use crate::attention::{Attention, AttentionNames};
 use crate::network_weights::NetworkWeights;
 
 /// A layer with its weights.
 pub(super) struct TransformerLayer {
-    heads: usize,
     norm1: LayerNorm,
-    query: Linear,
-    key: Linear,
-    value: Linear,
-    attention_output: Linear,
+    attention: Attention,
     layer_scale1: Tensor,
     norm2: LayerNorm,
     feed_forward: FeedForward,
@@ -35,17 +31,13 @@ enum FeedForward {
     },
 }
 
-/// The layer norm with the tensors below `prefix`.
-pub(super) fn layer_norm(
-    weights: &NetworkWeights,
-    prefix: &str,
-    architecture: &Dinov2Architecture,
-) -> std::result::Result<LayerNorm, Dinov2WeightsError> {
-    let hidden = architecture.hidden_size;
-    let weight = weights.shaped(&format!("{prefix}.weight"), &[hidden])?;
-    let bias = weights.shaped(&format!("{prefix}.bias"), &[hidden])?;
-    Ok(LayerNorm::new(weight, bias, architecture.layer_norm_eps))
-}
+/// Projections below the prefix of a layer.
+const ATTENTION: AttentionNames = AttentionNames {
+    query: "attention.attention.query",
+    key: "attention.attention.key",
+    value: "attention.attention.value",
+    output: "attention.output.dense",
+};
 
 impl TransformerLayer {
     /// The tensors below `prefix`.
@@ -56,34 +48,25 @@ impl TransformerLayer {
     ) -> std::result::Result<Self, Dinov2WeightsError> {
         let hidden = architecture.hidden_size;
         let inner = architecture.feed_forward_size();
-        let linear = |name: &str, from: usize, to: usize, has_bias: bool| {
-            let weight = weights.shaped(&format!("{prefix}.{name}.weight"), &[to, from])?;
-            let bias =
-                has_bias.then(|| weights.shaped(&format!("{prefix}.{name}.bias"), &[to])).transpose()?;
-            Ok::<_, Dinov2WeightsError>(Linear::new(weight, bias))
-        };
-        let norm = |name: &str| layer_norm(weights, &format!("{prefix}.{name}"), architecture);
-        let scale = |name: &str| weights.shaped(&format!("{prefix}.{name}.lambda1"), &[hidden]);
-        let projection = |name: &str| {
-            linear(&format!("attention.attention.{name}"), hidden, hidden, architecture.qkv_bias)
-        };
+        let linear =
+            |name: &str, from: usize, to: usize| weights.linear(&format!("{prefix}.{name}"), from, to, true);
+        let norm =
+            |name: &str| weights.layer_norm(&format!("{prefix}.{name}"), hidden, architecture.layer_norm_eps);
+        let scale = |name: &str| weights.vector(&format!("{prefix}.{name}.lambda1"), hidden);
+        let heads = architecture.num_attention_heads;
         Ok(Self {
-            heads: architecture.num_attention_heads,
             norm1: norm("norm1")?,
-            query: projection("query")?,
-            key: projection("key")?,
-            value: projection("value")?,
-            attention_output: linear("attention.output.dense", hidden, hidden, true)?,
+            attention: Attention::read(weights, prefix, &ATTENTION, hidden, heads, architecture.qkv_bias)?,
             layer_scale1: scale("layer_scale1")?,
             norm2: norm("norm2")?,
             feed_forward: match architecture.use_swiglu_ffn {
                 false => FeedForward::Mlp {
-                    fc1: linear("mlp.fc1", hidden, inner, true)?,
-                    fc2: linear("mlp.fc2", inner, hidden, true)?,
+                    fc1: linear("mlp.fc1", hidden, inner)?,
+                    fc2: linear("mlp.fc2", inner, hidden)?,
                 },
                 true => FeedForward::SwiGlu {
-                    weights_in: linear("mlp.weights_in", hidden, 2 * inner, true)?,
-                    weights_out: linear("mlp.weights_out", inner, hidden, true)?,
+                    weights_in: linear("mlp.weights_in", hidden, 2 * inner)?,
+                    weights_out: linear("mlp.weights_out", inner, hidden)?,
                 },
             },
             layer_scale2: scale("layer_scale2")?,
@@ -92,16 +75,8 @@ impl TransformerLayer {
 
     /// Adds the attention over all tokens.
     pub(super) fn attend(&self, tokens: &Tensor) -> Result<Tensor> {
-        let (count, hidden) = tokens.dims2()?;
-        let width = hidden / self.heads;
-        let normed = self.norm1.forward(tokens)?;
-        let by_head = |projection: &Linear| {
-            projection.forward(&normed)?.reshape((count, self.heads, width))?.transpose(0, 1)?.contiguous()
-        };
-        let (query, key, value) = (by_head(&self.query)?, by_head(&self.key)?, by_head(&self.value)?);
-        let scores = (query.matmul(&key.transpose(1, 2)?)? * (width as f64).powf(-0.5))?;
-        let mixed = softmax_last_dim(&scores)?.matmul(&value)?.transpose(0, 1)?.reshape((count, hidden))?;
-        tokens + self.attention_output.forward(&mixed)?.broadcast_mul(&self.layer_scale1)?
+        let mixed = self.attention.forward(&self.norm1.forward(tokens)?)?;
+        tokens + mixed.broadcast_mul(&self.layer_scale1)?
     }
 
     /// Adds the feed-forward network of each token.

@@ -1,6 +1,6 @@
 //! Position embeddings for a grid of patches other than the stored one, by bicubic interpolation as in the reference.
 
-use super::bicubic::interpolating;
+use crate::bicubic::interpolating;
 
 /// `stored` is row-major over `grid` x `grid` cells of `hidden` values; so is the result over `rows` x `columns`.
 pub(super) fn interpolate(

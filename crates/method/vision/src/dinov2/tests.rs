@@ -1,11 +1,10 @@
 //! Parity with the reference implementation on the small random models of `tabletopgen_checks.golden.dinov2`, and
 //! rejection of unfit files.
 
-use candle_core::safetensors::BufferedSafetensors;
-use candle_core::{DType, Device};
 use serde_json::Value;
 
 use super::*;
+use crate::golden::{Golden, apart, bytes_of, tensor_names};
 
 const MLP_CONFIG: &[u8] = include_bytes!("../../../../../tests/golden/dinov2/mlp/config.json");
 const MLP_WEIGHTS: &[u8] = include_bytes!("../../../../../tests/golden/dinov2/mlp/model.safetensors");
@@ -16,45 +15,23 @@ const GOLDEN: &[u8] = include_bytes!("../../../../../tests/golden/dinov2/golden.
 /// Maximum difference from the reference; values of class tokens are about 1.
 const TOLERANCE: f32 = 1e-5;
 
-/// Outputs of the reference implementation.
-struct Golden(BufferedSafetensors);
+fn golden() -> Golden {
+    Golden::open(GOLDEN)
+}
 
-impl Golden {
-    fn open() -> Self {
-        Self(BufferedSafetensors::new(GOLDEN.to_vec()).expect("golden.safetensors"))
-    }
+fn input(golden: &Golden, key: &str) -> Pixels {
+    let name = format!("{key}.input");
+    let (_, height_px, width_px) = golden.tensor(&name).dims3().expect("channels, rows, columns");
+    let rgb = golden.values(&name).into_iter().map(|byte| byte / 64.0 - 2.0).collect();
+    Pixels { rgb, height_px, width_px }
+}
 
-    fn tensor(&self, name: &str) -> Tensor {
-        self.0.load(name, &Device::Cpu).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    fn values(&self, name: &str) -> Vec<f32> {
-        self.tensor(name).flatten_all().expect("flat").to_vec1().expect("f32")
-    }
-
-    fn input(&self, key: &str) -> Pixels {
-        let bytes = self.tensor(&format!("{key}.input"));
-        let (_, height_px, width_px) = bytes.dims3().expect("channels, rows, columns");
-        let rgb = bytes.to_dtype(DType::F32).expect("bytes").flatten_all().expect("flat").to_vec1::<f32>();
-        let rgb = rgb.expect("f32").into_iter().map(|byte| byte / 64.0 - 2.0).collect();
-        Pixels { rgb, height_px, width_px }
-    }
-
-    fn image(&self, index: usize) -> Image {
-        let bytes = self.tensor(&format!("picture.{index}.rgba"));
-        let (height, width, _) = bytes.dims3().expect("rows, columns, channels");
-        let rgba = bytes.flatten_all().expect("flat").to_vec1::<u8>().expect("bytes");
-        Image::from_rgba(width as u32, height as u32, rgba).expect("four bytes a pixel")
-    }
+fn image(index: usize) -> Image {
+    golden().image(&format!("picture.{index}.rgba"))
 }
 
 fn mlp() -> Dinov2 {
     Dinov2::read(MLP_CONFIG, MLP_WEIGHTS.to_vec()).expect("the golden model")
-}
-
-fn apart(found: &[f32], golden: &[f32]) -> f32 {
-    assert_eq!(found.len(), golden.len());
-    found.iter().zip(golden).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
 /// The golden model of this name, and the keys of its inputs.
@@ -65,10 +42,11 @@ fn models() -> [(Dinov2, Vec<&'static str>); 2] {
 
 #[test]
 fn class_tokens_match_reference() {
-    let golden = Golden::open();
+    let golden = golden();
     for (model, keys) in models() {
         for key in keys {
-            let found = model.class_token(&golden.input(key), &CancelFlag::default()).expect("a class token");
+            let found =
+                model.class_token(&input(&golden, key), &CancelFlag::default()).expect("a class token");
             let difference = apart(&found, &golden.values(&format!("{key}.class_token")));
             eprintln!("{key}: class token {difference:e} apart");
             assert!(difference < TOLERANCE, "{key}: {difference}");
@@ -78,10 +56,10 @@ fn class_tokens_match_reference() {
 
 #[test]
 fn position_embeddings_match_reference() {
-    let golden = Golden::open();
+    let golden = golden();
     for (model, keys) in models() {
         for key in keys {
-            let input = golden.input(key);
+            let input = input(&golden, key);
             let found = model.positions(input.height_px / 14, input.width_px / 14);
             let difference = apart(&found, &golden.values(&format!("{key}.positions")));
             eprintln!("{key}: positions {difference:e} apart");
@@ -92,9 +70,9 @@ fn position_embeddings_match_reference() {
 
 #[test]
 fn image_resizing_matches_reference() {
-    let golden = Golden::open();
+    let golden = golden();
     for index in 0..2 {
-        let found = input::pixels(&golden.image(index), 28).expect("is opaque somewhere").rgb;
+        let found = input::pixels(&image(index), 28).expect("is opaque somewhere").rgb;
         let difference = apart(&found, &golden.values(&format!("picture.{index}.pixels")));
         eprintln!("picture {index}: {difference:e} apart");
         assert!(difference < TOLERANCE, "picture {index}: {difference}");
@@ -103,11 +81,11 @@ fn image_resizing_matches_reference() {
 
 #[test]
 fn every_tensor_affects_class_token() {
-    let golden = Golden::open();
+    let golden = golden();
     for (config, weights, key) in
         [(MLP_CONFIG, MLP_WEIGHTS, "mlp.42x98"), (SWIGLU_CONFIG, SWIGLU_WEIGHTS, "swiglu.84x42")]
     {
-        let (input, expected) = (golden.input(key), golden.values(&format!("{key}.class_token")));
+        let (input, expected) = (input(&golden, key), golden.values(&format!("{key}.class_token")));
         let mut without_effect = Vec::new();
         for name in tensor_names(weights) {
             let mut broken = weights.to_vec();
@@ -129,19 +107,19 @@ fn features_have_unit_length_and_ignore_transparent_pixels() {
     let model = mlp();
     assert_eq!(model.side_px(), 224);
     let features = |image: &Image| model.features(image, &CancelFlag::default()).expect("features");
-    let image = Golden::open().image(0);
-    let seen = features(&image);
+    let first = image(0);
+    let seen = features(&first);
     assert!((seen.iter().map(|v| v * v).sum::<f32>() - 1.0).abs() < 1e-5);
-    let mut recolored = image.clone();
+    let mut recolored = first.clone();
     for pixel in recolored.as_rgba_mut().chunks_exact_mut(4).filter(|pixel| pixel[3] == 0) {
         pixel[..3].copy_from_slice(&[1, 200, 3]);
     }
     assert_eq!(features(&recolored), seen);
-    assert_ne!(features(&Golden::open().image(1)), seen);
+    assert_ne!(features(&image(1)), seen);
     assert!(features(&Image::filled(9, 9, [10, 10, 10, 0])).iter().all(|v| *v == 0.0));
     let cancel = CancelFlag::default();
     cancel.cancel();
-    assert!(matches!(model.features(&image, &cancel), Err(Dinov2Error::Cancelled(_))));
+    assert!(matches!(model.features(&first, &cancel), Err(Dinov2Error::Cancelled(_))));
 }
 
 #[test]
@@ -194,23 +172,4 @@ fn unfit_files_are_rejected_with_key_and_tensor() {
     integers[at + 9] = b'I';
     let text = refused(MLP_CONFIG, &integers);
     assert!(text.contains("embeddings.cls_token holds I32 numbers"), "{text}");
-}
-
-fn header(safetensors: &[u8]) -> (usize, Value) {
-    let length = u64::from_le_bytes(safetensors[..8].try_into().expect("eight bytes")) as usize;
-    (8 + length, serde_json::from_slice(&safetensors[8..8 + length]).expect("JSON"))
-}
-
-fn tensor_names(safetensors: &[u8]) -> Vec<String> {
-    let (_, header) = header(safetensors);
-    let names = header.as_object().expect("an object").keys().filter(|name| *name != "__metadata__");
-    names.cloned().collect()
-}
-
-/// The values of one tensor, in place.
-fn bytes_of<'a>(safetensors: &'a mut [u8], tensor: &str) -> &'a mut [u8] {
-    let (start, header) = header(safetensors);
-    let offset = |index: usize| header[tensor]["data_offsets"][index].as_u64().expect("offset") as usize;
-    let (first, end) = (offset(0), offset(1));
-    &mut safetensors[start + first..start + end]
 }

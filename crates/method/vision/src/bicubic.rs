@@ -1,13 +1,14 @@
-//! Cubic convolution (Keys, 1981) along one axis, as in the reference implementation.
+//! Cubic convolution (Keys, 1981) along one axis, as in PyTorch and Pillow.
 
 /// Weights of one output sample: inputs from `first` on, each with its weight; the weights add up to 1.
-pub(super) struct Taps {
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Taps<T = f32> {
     pub first: usize,
-    pub weights: Vec<f32>,
+    pub weights: Vec<T>,
 }
 
 /// Interpolation at the new centers, from four neighbors each; the ends repeat. Sharpness -0.75.
-pub(super) fn interpolating(from: usize, to: usize) -> Vec<Taps> {
+pub(crate) fn interpolating(from: usize, to: usize) -> Vec<Taps> {
     let step = from as f64 / to as f64;
     let taps = |index: usize| {
         let center = (index as f64 + 0.5) * step - 0.5;
@@ -25,7 +26,16 @@ pub(super) fn interpolating(from: usize, to: usize) -> Vec<Taps> {
 
 /// Antialiased resampling: widened by the reduction factor so that no input is skipped, and cut off at the ends.
 /// Sharpness -0.5.
-pub(super) fn antialiased(from: usize, to: usize) -> Vec<Taps> {
+pub(crate) fn antialiased(from: usize, to: usize) -> Vec<Taps> {
+    let single = |taps: Taps<f64>| Taps {
+        first: taps.first,
+        weights: taps.weights.into_iter().map(|weight| weight as f32).collect(),
+    };
+    antialiased_exactly(from, to).into_iter().map(single).collect()
+}
+
+/// As [`antialiased`], with weights that are not rounded to single precision.
+pub(crate) fn antialiased_exactly(from: usize, to: usize) -> Vec<Taps<f64>> {
     let step = from as f64 / to as f64;
     let widening = step.max(1.0);
     let taps = |index: usize| {
@@ -35,7 +45,7 @@ pub(super) fn antialiased(from: usize, to: usize) -> Vec<Taps> {
         let weights = (first..end).map(|k| kernel((k as f64 - center + 0.5) / widening, -0.5));
         let weights: Vec<f64> = weights.collect();
         let sum: f64 = weights.iter().sum();
-        Taps { first, weights: weights.iter().map(|weight| (weight / sum) as f32).collect() }
+        Taps { first, weights: weights.iter().map(|weight| weight / sum).collect() }
     };
     (0..to).map(taps).collect()
 }
