@@ -216,7 +216,7 @@ def test_an_interrupted_search_goes_on(environment: EnvironmentFolder, task_scen
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
         said = process.communicate()[1]
-    assert process.returncode == 130 and "Traceback" not in said and "the same command continues" in said
+    assert process.returncode == 130 and "Traceback" not in said and "the same command continues" in said, said
     made = (out / "scenes.jsonl").read_bytes().count(b"\n")
     assert json.loads((out / "counterexamples.json").read_text())["scenes"] == made
     assert main([*command, str(made + 1)]) == 0

@@ -38,6 +38,7 @@ from tabletopgen.env.counterexamples import counterexamples
 from tabletopgen.env.envhub import write_package
 from tabletopgen.env.expert import Expert
 from tabletopgen.env.folder import EnvironmentFolder
+from tabletopgen.env.interrupts import interruptible, raise_lost
 from tabletopgen.env.preparation import prepare
 from tabletopgen.env.recorded_dataset import RecordedDataset
 from tabletopgen.env.rollout import rollout
@@ -153,7 +154,8 @@ def main(words: Sequence[str] | None = None) -> int:
         "suite": suite_step,
     }
     try:
-        return run[given.pop("command")](**given)
+        with interruptible():
+            return run[given.pop("command")](**given)
     except (TabletopgenError, ValueError) as error:
         print(error, file=sys.stderr)
         return 2
@@ -219,9 +221,10 @@ def renamed(pairs: Sequence[str]) -> dict[str, str]:
 
 
 def print_finished(record: Mapping[str, Any]) -> None:
-    """Prints what an episode came to."""
+    """Prints what an episode came to. An interrupt that was lost ends the work here."""
     names = ("episode", "environment", "start", "success", "reason", "steps", "error")
     print(json.dumps({name: record[name] for name in names if record[name] is not None}), flush=True)
+    raise_lost()
 
 
 def replayed(**given: Any) -> int:
@@ -248,9 +251,10 @@ def searched(vary: str, rename: list[str], out: Path, **given: Any) -> int:
 
 
 def print_scene(record: Mapping[str, Any]) -> None:
-    """Prints what a scene came to."""
+    """Prints what a scene came to. An interrupt that was lost ends the work here."""
     names = ("scene", "outcome", "change", "distance", "reason")
     print(json.dumps({name: record[name] for name in names if name in record}), flush=True)
+    raise_lost()
 
 
 def suite_step(out: Path, **given: Any) -> int:

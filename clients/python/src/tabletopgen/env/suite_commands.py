@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from tabletopgen.env.interrupts import raise_lost
 from tabletopgen.env.suite_build import build
 from tabletopgen.env.suite_leaderboard import leaderboard
 from tabletopgen.env.suite_order import DEFAULT
@@ -43,9 +44,10 @@ def built(order: str, out: Path) -> dict[str, Any]:
 
 
 def print_combination(record: Mapping[str, Any]) -> None:
-    """Prints what a combination came to."""
+    """Prints what a combination came to. An interrupt that was lost ends the work here."""
     names = ("name", "reason", "wall_s")
     print(json.dumps({name: record[name] for name in names if record[name] is not None}), flush=True)
+    raise_lost()
 
 
 def ran(suite: Path, out: Path, **given: Any) -> dict[str, Any]:
