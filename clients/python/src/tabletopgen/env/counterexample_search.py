@@ -39,9 +39,10 @@ class Search:
         self.axes, self._fails, self.seed = {axis.name: axis for axis in axes}, fails, seed
         self.found: list[Change] = []
         self._known: dict[tuple[tuple[str, float | str], ...], bool] = {}
-        # Before the first scene: a missing package costs no scene, and no interrupt of a search meets this long import,
-        # out of which Python would end by the signal instead of with an exit code.
-        self._sobol = imported("scipy.stats.qmc", "scipy").Sobol
+        # Before the first scene: a missing package costs no scene, and no interrupt of a search meets this import and
+        # the reading of SciPy's tables, out of which Python ends by the signal, or loses the interrupt.
+        sobol = imported("scipy.stats.qmc", "scipy").Sobol(len(self.axes), rng=np.random.default_rng(seed))
+        self._points = sobol.random_base2(DESIGN_POWER)
 
     def run(self) -> None:
         """Searches until the budget is spent, or nothing is left of the design. Without changes, the policy must
@@ -74,8 +75,7 @@ class Search:
 
     def design(self) -> Iterator[Change]:
         """Changes of all axes that fill their ranges evenly."""
-        points = self._sobol(len(self.axes), rng=np.random.default_rng(self.seed))
-        for point in points.random_base2(DESIGN_POWER):
+        for point in self._points:
             yield change_of({name: level_of(axis, float(share)) for (name, axis), share in zip(self.axes.items(), point, strict=True)})
 
     def unexplained(self, change: Change) -> Change:
